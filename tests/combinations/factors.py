@@ -31,10 +31,13 @@ _CHANGED = {factor: values[1:] for factor, values in FACTORS.items()}
 _OF_ONE_SAMPLE = ("maximum", "minimum", "average", "mida")
 _OF_VALUES = (*_OF_ONE_SAMPLE, "first-hit", "isosurface")
 _SEGMENTS = ("mixed", "crisp")
+_FLAT = ("gles2-2048", "gles2-4096")
+"""Profiles without 3D textures and without textures of 16 bits."""
 
 REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"medium": ("channels", "labels", "colour"), "compositing": _OF_VALUES},
     {"medium": ("channels", "colour"), "baked": _CHANGED["baked"]},
+    {"medium": ("channels",), "lighting": _CHANGED["lighting"]},
     {"medium": ("channels", "colour"), "classification": ("preclassified",)},
     {"medium": ("channels", "colour"), "profile": ("gles1",)},
     {"medium": _SEGMENTS, "compositing": ("minimum", "average", "mida", "isosurface")},
@@ -65,6 +68,9 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"classification": ("preclassified",), "layout": ("bricks",)},
     {"classification": ("preclassified",), "pieces": _CHANGED["pieces"]},
     {"classification": ("preclassified",), "mesh": _CHANGED["mesh"]},
+    {"profile": _FLAT, "bits": ("16",)},
+    {"profile": _FLAT, "layout": ("mipmaps",)},
+    {"profile": _FLAT, "layout": ("bricks",), "baked": _CHANGED["baked"]},
     {"profile": ("gles1",), "lighting": _CHANGED["lighting"]},
     {"profile": ("gles1",), "baked": _CHANGED["baked"]},
     {"profile": ("gles1",), "classification": _CHANGED["classification"]},

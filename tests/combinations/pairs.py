@@ -54,6 +54,13 @@ def all_combinations(strength: int = 2) -> Iterable[Combination]:
 
 
 def alone(rows: Iterable[Row], strength: int = 2) -> list[Row]:
-    """Return a row for each combination that no row of an array has: its values, and defaults elsewhere."""
+    """Return a row for each combination that no row of an array has, and for each of a rule of more factors.
+
+    It has their values, and defaults elsewhere.
+    """
     had = set().union(*(combinations_of(row, strength) for row in rows))
-    return [DEFAULTS | dict(each) for each in all_combinations(strength) if each not in had]
+    left = [each for each in all_combinations(strength) if each not in had]
+    for rule in REFUSED:
+        if len(rule) > strength:
+            left += [frozenset(zip(rule, values, strict=True)) for values in product(*rule.values())]
+    return [DEFAULTS | dict(each) for each in left]

@@ -19,9 +19,8 @@ def test_rows_have_every_pair_that_is_not_listed_as_refused() -> None:
     assert [name_of(row) for row in _ROWS if is_refused(row)] == []
 
 
-def test_every_rule_of_refusals_is_of_two_factors_and_of_some_pair_that_is_tried_alone() -> None:
+def test_something_of_every_rule_of_refusals_is_tried_alone() -> None:
     for rule in REFUSED:
-        assert len(rule) == 2
         assert any(is_refused(row) and all(row[factor] in rule[factor] for factor in rule) for row in _ALONE)
 
 

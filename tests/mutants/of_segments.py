@@ -3,6 +3,7 @@
 from .mutant import Mutant
 
 _LOOKS = "volprep/parts/segments/looks.py"
+_SOURCES = "formats/volprep_formats/segmentations"
 _AGREES = ("tests/validation/test_segment_witness.py::test_product_and_witness_read_the_same_looks",)
 
 OF_SEGMENTS = (
@@ -68,5 +69,45 @@ OF_SEGMENTS = (
         "",
         "styles",
         ("tests/validation/test_segment_witness.py::test_it_agrees_with_what_is_right",),
+    ),
+    Mutant(
+        "seg-bits",
+        "bits of a DICOM segmentation are read from the highest on",
+        f"{_SOURCES}/dicom_seg.py",
+        'bits = np.unpackbits(octets, bitorder="little")[first',
+        'bits = np.unpackbits(octets, bitorder="big")[first',
+        "dicom_seg",
+        (
+            "tests/unit/test_segmentations.py::test_frames_in_any_order_with_gaps_and_an_oblique_plane_find_their_slices",
+        ),
+    ),
+    Mutant(
+        "seg-order",
+        "frames of a DICOM segmentation lie in the order of the file",
+        f"{_SOURCES}/dicom_seg.py",
+        "return exact, steps.astype(int).tolist()",
+        "return exact, sorted(steps.astype(int).tolist())",
+        "dicom_seg",
+        (
+            "tests/unit/test_segmentations.py::test_frames_in_any_order_with_gaps_and_an_oblique_plane_find_their_slices",
+        ),
+    ),
+    Mutant(
+        "slicer-layers",
+        "all segments of 3D Slicer are looked for in the first layer",
+        f"{_SOURCES}/seg_nrrd.py",
+        'field.get("Layer", "0")',
+        '"0"',
+        "slicer",
+        ("tests/unit/test_segmentations.py::test_layers_of_slicer_overlap_and_keep_their_names",),
+    ),
+    Mutant(
+        "slicer-labels",
+        "label values of 3D Slicer are ignored",
+        f"{_SOURCES}/seg_nrrd.py",
+        'field.get("LabelValue", str(number + 1))',
+        "str(number + 1)",
+        "slicer",
+        ("tests/unit/test_segmentations.py::test_layers_of_slicer_overlap_and_keep_their_names",),
     ),
 )

@@ -7,8 +7,10 @@ import nibabel
 import nrrd
 import numpy as np
 import pydicom
+import tifffile
 from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import ExplicitVRLittleEndian, generate_uid
+from segment_files import seg, seg_nrrd
 
 SHAPE_ZYX = (22, 27, 31)
 PICTURE_SIZE = 64
@@ -217,6 +219,115 @@ def styles(folder: Path) -> Path:
     return path
 
 
+def _segmented(folder: Path, name: str, source: str) -> Path:
+    """Write a scan of voxels as wide as those of segment_files.py, and its scene with segments."""
+    affine = np.diag([-0.25, -0.5, 2.0, 1.0])
+    nibabel.save(nibabel.Nifti1Image(np.rint(blobs(4) * 900 + 50).astype(np.int16).T, affine), folder / "scan.nii")
+    style = '[[segments.style]]\nlabels = [{}]\ntint = "{}"\nopacity = {}\n'
+    styles = style.format(1, "#20c0ff", 0.2) + style.format(2, "#ff8040", 1.0)
+    return _scene(
+        folder, name, 'path = "scan.nii"', f'{_RENDER}[segments]\nsource = "{source}"\noutside_opacity = 0.0\n{styles}'
+    )
+
+
+def dicom_seg(folder: Path) -> Path:
+    """A scan with a DICOM segmentation, whose frames have no order."""
+    labels = np.digitize(blobs(4), (0.1, 0.35))
+    places = [(number, z) for z in np.random.default_rng(4).permutation(len(labels)) for number in (1, 2)]
+    frames = [(number, (0.0, 0.0, 2.0 * z), (labels[z] == number).astype(np.uint8)) for number, z in places]
+    seg(folder / "segments.dcm", frames)
+    return _segmented(folder, "dicom-seg", "segments.dcm")
+
+
+def slicer(folder: Path) -> Path:
+    """A scan with a segmentation of 3D Slicer in two layers, with labels of its own."""
+    labels = np.digitize(blobs(4), (0.1, 0.35))
+    layers = np.stack([np.where(labels == 1, 7, 0), np.where(labels == 2, 3, 0)]).astype(np.uint8)
+    fields = ["Segment0_Layer:=0", "Segment0_LabelValue:=7", "Segment1_Layer:=1", "Segment1_LabelValue:=3"]
+    path = seg_nrrd(folder / "segments.seg.nrrd", layers, fields)
+    path.write_bytes(path.read_bytes().replace(b"space origin: (1,2,3)", b"space origin: (0,0,0)"))
+    return _segmented(folder, "slicer", path.name)
+
+
+def _of_array(folder: Path, name: str, seed: int, more: str, points: str = POINTS) -> Path:
+    """Write a NumPy file and its scene."""
+    np.save(folder / "scan.npy", np.rint(blobs(seed) * 1000).astype(np.uint16))
+    source = 'path = "scan.npy"\narray = { spacing_mm_zyx = [1.1, 1.0, 0.9] }'
+    return _scene(folder, name, source, _RENDER + more, points)
+
+
+def average(folder: Path) -> Path:
+    """The mean of each ray, as in an X-ray picture."""
+    return _of_array(folder, "average", 10, 'compositing = "average"\n')
+
+
+def palette(folder: Path) -> Path:
+    """A palette in the shader."""
+    return _of_array(folder, "palette", 11, 'classification = "palette"\n[tolerance]\nrmse = 0.02\n')
+
+
+def preintegrated(folder: Path) -> Path:
+    """Integrals of the transfer function."""
+    return _of_array(folder, "preintegrated", 12, 'classification = "preintegrated"\n')
+
+
+def octahedron(folder: Path) -> Path:
+    """A headlight on normals in two bytes."""
+    return _of_array(folder, "octahedron", 13, 'lighting = "headlight"\n[normals]\ncode = "oct12"\n')
+
+
+def slopes(folder: Path) -> Path:
+    """A headlight on slopes that the shader takes."""
+    return _of_array(folder, "slopes", 14, 'lighting = "headlight"\n[lighting]\nnormals = "central"\n')
+
+
+def bricks(folder: Path) -> Path:
+    """Bricks, and what is empty left out."""
+    return _of_array(folder, "bricks", 15, "[bricks]\nsize = 8\n")
+
+
+def soft(folder: Path) -> Path:
+    """Light from all around that is computed once."""
+    return _of_array(folder, "soft", 16, '[lighting]\nbaked = "occlusion"\n')
+
+
+def turned(folder: Path) -> Path:
+    """The same, for an app that turns it, from a blue sky and an orange ground."""
+    lights = "turnable = true\nsky = [0.4, 0.6, 1.2]\nground = [1.0, 0.5, 0.2]\n"
+    return _of_array(folder, "turned", 16, f'[lighting]\nbaked = "occlusion"\n{lights}')
+
+
+def together(folder: Path) -> Path:
+    """Two channels in one picture."""
+    np.save(folder / "other.npy", np.rint(blobs(17)[::-1] * 1000).astype(np.uint16))
+    array = "array = { spacing_mm_zyx = [1.1, 1.0, 0.9] }"
+    channels = ", ".join(f'{{ name = "{name}", path = "{name}.npy", {array} }}' for name in ("scan", "other"))
+    np.save(folder / "scan.npy", np.rint(blobs(18) * 1000).astype(np.uint16))
+    path = _scene(folder, "together", f"channels = [{channels}]", _RENDER)
+    second = f'[[transfer]]\nname = "second"\nchannel = "other"\n{POINTS.replace("#c08a6a", "#40c0ff")}[together]\n'
+    path.write_text(path.read_text(encoding="utf-8") + second, encoding="utf-8")
+    return path
+
+
+def colour(folder: Path) -> Path:
+    """A volume in colour: pages of RGBA."""
+    parts = [blobs(seed) for seed in (19, 20, 21)]
+    pixels = np.rint(255 * np.stack([*parts, np.clip(np.sum(parts, axis=0), 0.0, 1.0)], axis=-1)).astype(np.uint8)
+    tifffile.imwrite(folder / "pages.tif", pixels, photometric="rgb", extrasamples=["unassalpha"])
+    points = "{ value = 0.0, extinction_per_mm = 0.0 }, { value = 1.0, extinction_per_mm = 0.4 }"
+    path = folder / "colour.toml"
+    path.write_text(
+        f'name = "colour"\n{_RENDER}[source]\npath = "pages.tif"\nstack = {{ spacing_mm_zyx = [1.1, 1.0, 0.9] }}\n'
+        f"[colour]\npoints = [{points}]\n",
+        encoding="utf-8",
+    )
+    return path
+
+
 SCENES: dict[str, Callable[[Path], Path]] = {
-    each.__name__: each for each in (nifti, dicom, maximum, surface, opaque, mida, minimum, vessels, segments, styles)
+    each.__name__: each
+    for each in (
+        *(nifti, dicom, maximum, surface, opaque, mida, minimum, vessels, segments, styles, dicom_seg, slicer),
+        *(average, palette, preintegrated, octahedron, slopes, bricks, soft, turned, together, colour),
+    )
 }

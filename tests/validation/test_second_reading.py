@@ -18,11 +18,11 @@ from sample_report import report_of
 from volprep.scan.repair import open_scan
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
-from volprep.truth.lit import Lit
+from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.truth.volume import Volume
 from volprep.validation.witness import data_checks, independent
 from volprep.validation.witness.drawn_checks import _brightness, compared
-from volprep.validation.witness.independent.normals import WitnessedLight, normals
+from volprep.validation.witness.independent.normals import WitnessedLight, normals, slopes
 from volprep.validation.witness.independent.rays import WitnessedMedium, picture
 from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan
 from volprep.validation.witness.independent.scene import WitnessedScene, read_scene
@@ -71,7 +71,8 @@ def of_scene(name: str):
     return lambda folder: load_request(SCENES[name](folder)).scene.source
 
 
-SOURCES = {"ome-tiff": ome_tiff, "metaimage": metaimage, **{name: of_scene(name) for name in SCENES}}
+OF_ONE_FILE = ("nifti", "dicom", "maximum", "surface", "opaque")
+SOURCES = {"ome-tiff": ome_tiff, "metaimage": metaimage, **{name: of_scene(name) for name in OF_ONE_FILE}}
 
 
 @pytest.fixture(scope="module")
@@ -206,6 +207,10 @@ def integrated(view, step_mm: float):
 def light_of(view, scan) -> WitnessedLight | None:
     if view.normals is None:
         return None
+    source = view.normals.normals if isinstance(view.normals, Lit) else view.normals
+    if isinstance(source, ShaderSlopes):
+        window = (-1e4, 1e4)
+        return WitnessedLight(slopes(scan, source.kernel, window), None, soft=source.soft_per_mm / 2e4)
     vectors = view.vectors if view.vectors is not None else normals(scan, view.normals)
     if not isinstance(view.normals, Lit):
         return WitnessedLight(vectors, None)
@@ -213,7 +218,7 @@ def light_of(view, scan) -> WitnessedLight | None:
     return WitnessedLight(vectors, np.array(LIGHT.place_mm_xyz), halfway=view.normals.halfway, **keys)
 
 
-DRAWN = {name: view for name, view in views(HILLS) if "shadows" not in name and "slopes" not in name}
+DRAWN = {name: view for name, view in views(HILLS) if "shadows" not in name}
 
 
 @pytest.mark.parametrize("name", DRAWN)

@@ -179,14 +179,12 @@ def test_product_and_witness_read_the_same_looks() -> None:
 @pytest.mark.parametrize(
     ("settings", "reason"),
     [
-        ({"source": "masks"}, "only label volumes"),
         ({"source": "labels.nii", "smoothing_mm": 1.0}, "smoothed"),
         ({"source": "labels.nii", "style": [{"labels": ["liver"]}]}, "by words"),
     ],
 )
 def test_what_it_cannot_read_it_names(package, settings, reason) -> None:
     folder, manifest, scene = package
-    (folder / "masks").mkdir(exist_ok=True)
     other = WitnessedScene(sources={}, functions=(), names=scene.names, segments=settings, base=folder)
     with pytest.raises(CannotWitnessError, match=reason):
         list(check_segments(folder, manifest, other))

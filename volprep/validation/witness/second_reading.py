@@ -18,7 +18,7 @@ from volprep.validation.views import Statement
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.data_checks import as_scan, check_levels, check_normals, check_table, on_level_0
 from volprep.validation.witness.drawn_checks import check_pictures
-from volprep.validation.witness.independent.normals import WitnessedLight, normals
+from volprep.validation.witness.independent.normals import SOFT_LENGTH, SOFT_SLOPE, WitnessedLight, normals, slopes
 from volprep.validation.witness.independent.package import Json, corner_and_size, read_manifest
 from volprep.validation.witness.independent.rays import WitnessedMedium
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan
@@ -171,7 +171,7 @@ def _pictures(
         raise CannotWitnessError(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
         )
-    shown = []
+    shown, windows = [], []
     for function in asked.bench.subject.functions(asked.program.transfer):
         wanted = next((each for each in scene.functions if each.name == function.name), None)
         if wanted is None:
@@ -182,7 +182,8 @@ def _pictures(
         if channel["name"] not in scans:
             raise CannotWitnessError(f"the voxels of {channel['name']} are not witnessed")
         shown.append(_shown(wanted, channel, scans[channel["name"]], scene))
-    light = _light(scene, shown[0].scan) if scene.lighting != "none" else None
+        windows.append(tuple(channel["quantization"]["window"]) if channel.get("quantization") else None)
+    light = _light(scene, shown[0].scan, windows[0]) if scene.lighting != "none" else None
     return check_pictures(asked, shown, box_of(manifest["grid"], scene.projection), scene, light)
 
 
@@ -204,19 +205,28 @@ def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene:
         isovalue,
         tuple(intensities) if intensities else (float(values[0]), float(values[-1])),
         bool(source.get("labels")),
+        (source.get("colour") or {}).get("part") not in {"red", "green", "blue"},
     )
 
 
-def _light(scene: WitnessedScene, scan: WitnessedScan) -> WitnessedLight:
+def _light(scene: WitnessedScene, scan: WitnessedScan, window: tuple[float, float] | None) -> WitnessedLight:
     said = scene.light
-    if said.get("normals", "volume") != "volume":
-        raise CannotWitnessError("it is lit by slopes as a shader takes them")
     if said.get("shadows", "none") != "none":
         raise CannotWitnessError("the NumPy integrator has no shadows")
-    vectors = normals(scan, scene.normals or "thesis")
+    if said["normals"] == "volume":
+        vectors, soft = normals(scan, scene.normals or "thesis"), SOFT_LENGTH
+    elif window is None:
+        raise CannotWitnessError("it is lit by slopes of values without a window")
+    else:
+        vectors = slopes(scan, said["normals"], window)
+        soft = SOFT_SLOPE / float(np.linalg.norm(scan.world_from_index[:3, :3], axis=0).min())
     if scene.lighting == "headlight":
-        return WitnessedLight(vectors, None)
+        return WitnessedLight(vectors, None, soft=soft)
     keys = {key: float(said[key]) for key in ("ambient", "diffuse", "specular", "shininess") if key in said}
     return WitnessedLight(
-        vectors, np.array(said["light_mm"], dtype=np.float64), halfway=scene.lighting == "blinn-phong", **keys
+        vectors,
+        np.array(said["light_mm"], dtype=np.float64),
+        halfway=scene.lighting == "blinn-phong",
+        soft=soft,
+        **keys,
     )

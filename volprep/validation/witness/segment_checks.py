@@ -6,18 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from volprep.validation.witness.check import WitnessCheck
-from volprep.validation.witness.data_checks import on_level_0
 from volprep.validation.witness.independent.package import Json, read_texture
-from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan
+from volprep.validation.witness.independent.scan import CannotWitnessError
 from volprep.validation.witness.independent.scene import WitnessedScene
-from volprep.validation.witness.independent.segments import (
-    WitnessedLook,
-    labels_of,
-    look_of,
-    looks_of,
-    read_labels,
-    volume_ml,
-)
+from volprep.validation.witness.independent.segmentations import WitnessedSegments, read_segments
+from volprep.validation.witness.independent.segments import WitnessedLook, labels_of, labels_on, look_of, looks_of
 from volprep.validation.witness.read_checks import NUMPY
 
 _VOLUME_SHARE = 1e-4
@@ -25,25 +18,24 @@ _VOLUME_SHARE = 1e-4
 _COLOUR = 1e-6
 _TEXEL = 1.0 / 255
 """The table of looks has 8 bits; square roots of tints are off by half a step, tints by a whole one at most."""
-_ANYTHING = (-np.inf, np.inf)
 
 
 def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iterator[WitnessCheck]:
     """Compare volumes, styles, tints and visibility of all segments, and the labels of level 0."""
     stated = manifest["segments"]
-    labels = read_labels(scene.segments, scene.base)
+    found = read_segments(scene.segments, scene.base)
     looks = {each["number"]: look_of(scene.segments, scene.names, each["number"]) for each in stated["segments"]}
-    yield from _check_records(stated, labels, looks)
+    yield from _check_records(stated, found, looks)
     yield _check_outside(stated, scene)
     yield from _check_table(package, manifest, looks, float(stated["outside"]))
-    yield _check_voxels(package, manifest, labels)
+    yield _check_voxels(package, manifest, found)
 
 
-def _check_records(stated: Json, labels: WitnessedScan, looks: dict[int, WitnessedLook]) -> Iterator[WitnessCheck]:
+def _check_records(stated: Json, found: WitnessedSegments, looks: dict[int, WitnessedLook]) -> Iterator[WitnessCheck]:
     """Compare what the manifest states of each segment."""
     volumes, tints, others = [], [0.0], []
     for each in stated["segments"]:
-        look, expected = looks[each["number"]], volume_ml(labels, each["number"])
+        look, expected = looks[each["number"]], found.volume_ml(each["number"])
         volumes.append(abs(each["volume_ml"] - expected) / max(expected, 1e-12))
         if look.tint is not None:
             tints.append(float(np.abs(look.tint - each["tint"]).max()))
@@ -51,7 +43,9 @@ def _check_records(stated: Json, labels: WitnessedScan, looks: dict[int, Witness
         others.append(abs(each["opacity"] - look.opacity) > _COLOUR)
     shown = {each["name"]: each["transfer"] for each in stated["segments"]}
     others += [label["transfer"] != shown[name] for label in stated["labels"] for name in label["segments"][:1]]
-    yield _check("volumes of segments", labels.library, "largest difference, as a part", max(volumes), _VOLUME_SHARE)
+    yield _check(
+        "volumes of segments", found.labels.library, "largest difference, as a part", max(volumes), _VOLUME_SHARE
+    )
     yield _check("tints of segments", NUMPY, "largest difference of linear light", max(tints), _COLOUR)
     yield _check("styles of segments", NUMPY, "functions, opacities and visibilities that differ", sum(others), 0)
 
@@ -83,7 +77,7 @@ def _check_table(
         yield _check(texture["name"], NUMPY, "largest difference of a tint or an opacity", max(off), _TEXEL)
 
 
-def _check_voxels(package: Path, manifest: Json, labels: WitnessedScan) -> WitnessCheck:
+def _check_voxels(package: Path, manifest: Json, found: WitnessedSegments) -> WitnessCheck:
     """Compare the numbers of segments of the voxels of level 0."""
     stated = manifest["segments"]
     textures = [each for each in manifest["textures"] if each["role"] == "labels" and each["level"] == 0]
@@ -92,13 +86,13 @@ def _check_voxels(package: Path, manifest: Json, labels: WitnessedScan) -> Witne
         raise CannotWitnessError("its labels lie in a mosaic or in bricks: pictures are compared with the truth alone")
     numbers = {each["name"]: float(each["number"]) for each in stated["segments"]}
     sets = [{numbers[name] for name in label["segments"]} or {0.0} for label in stated["labels"]]
-    if any(len(each) > 1 for each in sets):
+    if found.overlap or any(len(each) > 1 for each in sets):
         raise CannotWitnessError("segments overlap")
     held = np.array([next(iter(each)) for each in sets])[labels_of(read_texture(package, textures[0]["file"]))]
-    wanted, first = on_level_0(labels, grid, _ANYTHING, 1)
+    wanted = labels_on(found.labels, grid)
     wanted = np.where(np.isin(wanted, list(numbers.values())), wanted, 0.0)
-    differing = float((held[first : first + len(wanted)] != wanted).mean())
-    return _check("labels of level 0", labels.library, "part of the voxels with another segment", differing, 0)
+    differing = float((held != wanted).mean())
+    return _check("labels of level 0", found.labels.library, "part of the voxels with another segment", differing, 0)
 
 
 def _check(item: str, by: str, what: str, found: float, limit: float) -> WitnessCheck:

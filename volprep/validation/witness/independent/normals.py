@@ -10,8 +10,10 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Floa
 
 MOST_VOXELS = 2**25
 """Normals of more voxels would take 400 MB and more."""
-_SOFT_LENGTH = 0.01
+SOFT_LENGTH = 0.01
 """Length of the normal at which a place is half a surface."""
+SOFT_SLOPE = 4e-3
+"""Slope at which a place is half a surface, in parts of the window over the smallest spacing."""
 _ACROSS = {"thesis": ((6, 3), (3, 1)), "sobel": ((4, 2), (2, 1)), "isotropic": ((16, 4), (4, 1))}
 """Weights of the 3×3 voxels across a difference: middle and edge, edge and corner."""
 
@@ -29,6 +31,8 @@ class WitnessedLight:
     specular: float = 0.3
     shininess: float = 20.0
     halfway: bool = False
+    soft: float = SOFT_LENGTH
+    """Length of the normal at which a place is half a surface."""
 
 
 def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:
@@ -41,6 +45,24 @@ def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     unit: NDArray[np.float32] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
     return unit
+
+
+def slopes(scan: WitnessedScan, kernel: str, window: tuple[float, float]) -> NDArray[np.float32]:
+    """Return differences of voxels one apart, in parts of a window per millimetre, [z, y, x, (x, y, z)].
+
+    "central": of both neighbours. "forward": from a voxel to the next. Beyond the edge values stay as they are.
+    """
+    if scan.stored.size > MOST_VOXELS:
+        raise CannotWitnessError(f"slopes of {scan.stored.size} voxels: {MOST_VOXELS} at most")
+    padded = np.pad(np.clip(scan.physical(scan.stored), *window), 1, mode="edge")
+    spacing = np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
+    inner = (slice(1, -1),) * 3
+    found = np.empty((*scan.stored.shape, 3), np.float32)
+    for axis in range(3):
+        ahead = np.roll(padded, -1, 2 - axis)
+        behind, apart = (np.roll(padded, 1, 2 - axis), 2.0) if kernel == "central" else (padded, 1.0)
+        found[..., axis] = (ahead - behind)[inner] / (apart * spacing[axis] * (window[1] - window[0]))
+    return found
 
 
 def _difference(padded: NDArray[np.float32], axis: int, kernel: str) -> NDArray[np.float32]:
@@ -81,10 +103,10 @@ def lit_colours(
     along = directions[:, None]
     facing = (normal * along).sum(axis=-1, keepdims=True)
     if light.place_mm is None:
-        return np.asarray(colours * np.sqrt((facing**2 + _SOFT_LENGTH**2) / (squared + _SOFT_LENGTH**2)))
+        return np.asarray(colours * np.sqrt((facing**2 + light.soft**2) / (squared + light.soft**2)))
     normal *= np.where(facing > 0.0, -1.0, 1.0) / np.sqrt(np.where(squared > 0.0, squared, 1.0))
     lit = _placed(colours, light, normal, light.place_mm - world_mm, along)
-    return np.asarray(colours + (lit - colours) * (squared / (squared + _SOFT_LENGTH**2)))
+    return np.asarray(colours + (lit - colours) * (squared / (squared + light.soft**2)))
 
 
 def _placed(colours: Floats, light: WitnessedLight, normal: Floats, to_light: Floats, along: Floats) -> Floats:

@@ -27,6 +27,8 @@ class WitnessedMedium:
     isovalue: float | None
     intensities: tuple[float, float]
     nearest: bool
+    absorbs: bool = True
+    """False for red, green and blue of a volume in colour: they give light, and its opacity alone absorbs."""
 
     def at(self, values: Floats) -> tuple[Floats, Floats]:
         """Return colours [..., 3] and extinctions [...] of physical values; at a jump the upper side."""
@@ -109,7 +111,7 @@ def _emission_absorption(samples: Samples) -> Floats:
     for number, values in enumerate(samples.values):
         colours, own = samples.colours(number, values)
         given = given + colours * own[..., None]
-        extinction = extinction + own
+        extinction = extinction + (own if samples.shown[number].absorbs else 0.0)
     depth = extinction * samples.length_mm[:, None]
     in_front = np.exp(-(np.cumsum(depth, axis=1) - depth))
     weight = in_front * -np.expm1(-depth)

@@ -19,7 +19,7 @@ def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
     first = headers[0]
     if int(getattr(first, "NumberOfFrames", 1) or 1) != 1 or "PixelData" not in first:
         raise CannotWitnessError("the files have several frames each")
-    if int(first.SamplesPerPixel) != 1:
+    if int(first.SamplesPerPixel) != 1 and not source.get("colour"):
         raise CannotWitnessError("the pictures have colours")
     along_row, along_column = np.array(first.ImageOrientationPatient, dtype=np.float64).reshape(2, 3)
     normal = np.cross(along_row, along_column)

@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import numpy as np
 
-from volprep.validation.witness.independent.colours import linear_light
+from volprep.validation.witness.independent.colours import linear_light, with_channels
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats
 
 Json = Mapping[str, Any]
@@ -96,6 +96,7 @@ def read_scene(package: Path, source: Path | None, presets: Path) -> WitnessedSc
 
 
 def _decoded(scene: Json, base: Path, instead: Path | None, presets: Path) -> WitnessedScene:
+    scene = with_channels(scene)
     render, lighting = scene.get("render") or {}, scene.get("lighting") or {}
     functions, undecoded = [], {}
     for table in scene["transfer"]:

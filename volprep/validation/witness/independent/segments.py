@@ -1,19 +1,19 @@
-"""Segments as a scene and its label volume state them: numbers, places, volumes and looks of the labels."""
+"""Segments as a scene states them: their looks, their places on the grid of a package, and its labels and looks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.validation.witness.independent.colours import linear_light
+from volprep.validation.witness.independent.package import world_from_index
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan
-from volprep.validation.witness.independent.sources import read_scan
 
 Json = Mapping[str, Any]
 
+_OFF_VOXEL = 0.01
 _SMALL, _WIDE = 0x7F, 0x7FFF
 """Bits of a label in a texel of one and of two bytes; the bit above them marks cells of several labels."""
 
@@ -51,20 +51,26 @@ def look_of(settings: Json, functions: Sequence[str], number: int) -> WitnessedL
     )
 
 
-def read_labels(settings: Json, base: Path) -> WitnessedScan:
-    """Read the label volume of a scene, whose values are the numbers of segments and 0 outside."""
-    path = base / str(settings["source"])
-    if path.is_dir() or path.name.endswith((".seg.nrrd", ".dcm")):
-        raise CannotWitnessError("only label volumes are read a second time")
-    if settings.get("smoothing_mm"):
-        raise CannotWitnessError("its borders are smoothed")
-    return read_scan({"path": str(path)})
+def labels_on(labels: WitnessedScan, grid: Json) -> Floats:
+    """Return the numbers of segments [z, y, x] of the voxels of a grid record; 0 outside of the labels.
 
-
-def volume_ml(labels: WitnessedScan, number: int) -> float:
-    """Return the volume of a segment: its voxels, each as large as its three edges span."""
-    voxel_mm3 = abs(float(np.linalg.det(labels.world_from_index[:3, :3])))
-    return float((labels.physical(labels.stored) == number).sum()) * voxel_mm3 / 1000.0
+    Raises CannotWitnessError for labels between the voxels.
+    """
+    between = np.linalg.inv(labels.world_from_index) @ world_from_index(grid)
+    counts = np.array(grid["shape_zyx"][::-1])
+    if np.abs((between - np.rint(between)) @ [*counts, 1]).max() > _OFF_VOXEL:
+        raise CannotWitnessError("its labels lie on another grid than the scan")
+    turn, start = np.rint(between[:3, :3]).astype(np.intp), np.rint(between[:3, 3]).astype(np.intp)
+    across = np.abs(turn).argmax(axis=1)
+    places, inside = [], []
+    for axis in (2, 1, 0):
+        place = turn[axis, across[axis]] * np.arange(counts[across[axis]]) + start[axis]
+        inside.append((place >= 0) & (place < labels.counts_xyz[axis]))
+        places.append(np.clip(place, 0, int(labels.counts_xyz[axis]) - 1))
+    slices, rows, columns = inside
+    seen = slices[:, None, None] & rows[:, None] & columns
+    found = labels.physical(labels.stored[np.ix_(*places)]) * seen
+    return found.transpose(*(2 - np.abs(turn).argmax(axis=0)[::-1]))
 
 
 def labels_of(texels: NDArray[Any]) -> NDArray[np.int64]:

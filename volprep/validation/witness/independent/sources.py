@@ -1,4 +1,4 @@
-"""Read a source with the library for its format: pydicom, nibabel, pynrrd, tifffile, SimpleITK, or NumPy alone."""
+"""Read a source with the library for its format: pydicom, nibabel, pynrrd, tifffile, Pillow, SimpleITK, or NumPy."""
 
 import importlib
 import importlib.util
@@ -13,8 +13,10 @@ from volprep.validation.witness.independent import (
     read_itk,
     read_nifti,
     read_nrrd,
+    read_stack,
     read_tiff,
 )
+from volprep.validation.witness.independent.colours import channel_of
 from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan
 
 Source = Mapping[str, Any]
@@ -27,6 +29,7 @@ _READERS: dict[str, tuple[tuple[str, str, Reader], ...]] = {
     "nrrd": (("nrrd", "pynrrd", read_nrrd.read), ("SimpleITK", "SimpleITK", read_itk.read)),
     "metaimage": (("SimpleITK", "SimpleITK", read_itk.read),),
     "ome-tiff": (("tifffile", "tifffile", read_tiff.read),),
+    "stack": (("tifffile", "tifffile", read_stack.read_tiff), ("PIL", "pillow", read_stack.read_pictures)),
     "raw": (("numpy", "numpy", read_arrays.read_raw),),
     "npy": (("numpy", "numpy", read_arrays.read_npy),),
 }
@@ -40,6 +43,8 @@ _SUFFIXES = {
     ".mhd": "metaimage",
     ".ome.tif": "ome-tiff",
     ".ome.tiff": "ome-tiff",
+    ".tif": "stack",
+    ".tiff": "stack",
     ".npy": "npy",
     ".npz": "npy",
     ".dcm": "dicom",
@@ -65,7 +70,7 @@ def read_scan(source: Source) -> WitnessedScan:
         if importlib.util.find_spec(module) is None:
             continue
         try:
-            return _named(read(path, source), distribution)
+            return _named(read(path, source), distribution, source.get("colour"))
         except CannotWitnessError:
             raise
         except Exception as error:  # noqa: BLE001 - a foreign library may raise anything about a foreign file
@@ -82,6 +87,8 @@ def _format_of(path: Path, source: Source) -> str:
         return wanted
     if source.get("raw") or source.get("array"):
         return "raw" if source.get("raw") else "npy"
+    if source.get("stack"):
+        return "stack"
     if path.is_dir():
         return "dicom"
     name = path.name.lower()
@@ -92,9 +99,10 @@ def _format_of(path: Path, source: Source) -> str:
     return found or (path.suffix or "unknown")
 
 
-def _named(scan: WitnessedScan, distribution: str) -> WitnessedScan:
-    if scan.stored.ndim != 3 or scan.stored.dtype.kind not in "biuf":
+def _named(scan: WitnessedScan, distribution: str, colour: Mapping[str, Any] | None) -> WitnessedScan:
+    stored = scan.stored if colour is None else channel_of(scan.stored, colour)
+    if stored.ndim != 3 or stored.dtype.kind not in "biuf":
         raise CannotWitnessError("its voxels are colours, or other numbers of several components")
-    return WitnessedScan(
-        scan.stored, scan.slope, scan.intercept, scan.world_from_index, f"{distribution} {version(distribution)}"
-    )
+    slope, intercept = (scan.slope, scan.intercept) if colour is None else (1.0, 0.0)
+    library = f"{distribution} {version(distribution)}"
+    return WitnessedScan(stored, slope, intercept, scan.world_from_index, library)
