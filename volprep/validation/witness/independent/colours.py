@@ -60,7 +60,7 @@ def _share(encoded: Floats, alpha: Floats | None, wanted: Mapping[str, Any]) -> 
         number = np.sqrt(((encoded - np.array(wanted["background"])) ** 2).mean(axis=-1))
     else:
         number = encoded[..., _PARTS.index(kind)]
-    share = np.interp(number, *np.transpose(wanted["shares"]))
+    share: Floats = np.interp(number, *np.transpose(wanted["shares"]))
     return share if alpha is None or kind == "alpha" else share * alpha
 
 
