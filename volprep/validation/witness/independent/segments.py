@@ -69,7 +69,7 @@ def labels_on(labels: WitnessedScan, grid: Json) -> Floats:
         places.append(np.clip(place, 0, int(labels.counts_xyz[axis]) - 1))
     slices, rows, columns = inside
     seen = slices[:, None, None] & rows[:, None] & columns
-    found = labels.physical(labels.stored[np.ix_(*places)]) * seen
+    found: Floats = labels.physical(labels.stored[np.ix_(*places)]) * seen
     return found.transpose(*(2 - np.abs(turn).argmax(axis=0)[::-1]))
 
 
