@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from volprep.validation.subject import Subject
 from volprep.validation.witness.check import WitnessCheck
+from volprep.validation.witness.independent.colours import encoded_light
 from volprep.validation.witness.independent.normals import normals
 from volprep.validation.witness.independent.package import Json, read_texture, world_from_index
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan
@@ -19,6 +20,8 @@ _MOST_VOXELS = 2**24
 """Voxels of level 0 that levels are compared on; of a larger scan, so many in its middle slices."""
 _EXTREMES = {"maximum": np.max, "minimum": np.min}
 _UNLIKE_MEANS = frozenset(("nearest", "mode", "mode-foreground", "raised"))
+_STEP_OF_LIGHT = 1 / 255 + 12.92 / 65535
+"""Of sRGB in 8 bits, after channels of 16 bits: where sRGB is steepest, it makes 12.92 steps of one of linear light."""
 _SHIFT_VOXELS = 0.15
 _LEAST_VOXELS = 50
 """Fewer voxels say nothing of a shift."""
@@ -51,12 +54,17 @@ def on_level_0(scan: WitnessedScan, grid: Json, window: tuple[float, float], fac
 
 
 def check_levels(
-    subject: Subject, channel: Json, scan: WitnessedScan, functions: Sequence[tuple[Floats, Floats]]
+    subject: Subject,
+    channel: Json,
+    scan: WitnessedScan,
+    functions: Sequence[tuple[Floats, Floats]],
+    *,
+    is_light: bool = False,
 ) -> Iterator[WitnessCheck]:
     """Compare the codes of level 0, and each coarser level, with the scan.
 
     `functions` are the values and extinctions of the points of transfer functions: voxels far from all that they show
-    may have another hidden value.
+    may have another hidden value. Texels of `is_light`, red, green or blue of a volume in colour, are sRGB.
     """
     name, quantization, levels = channel["name"], channel["quantization"], channel["levels"]
     low, high = (float(each) for each in quantization["window"])
@@ -66,6 +74,9 @@ def check_levels(
         raise CannotWitnessError("levels are compressed: pictures witness them")
     if any(each.bricks is not None for each in textures):
         raise CannotWitnessError("levels are bricks without what cannot be seen: pictures witness them")
+    volumes = [each for each in textures if each.role == "volume"]
+    if is_light and not all(each.gl.internal_format.startswith("SRGB") for each in volumes):
+        raise CannotWitnessError("its light is not stored as sRGB: pictures witness it")
     for level in levels:
         factors = tuple(level["factors_zyx"])
         yield _check_place(name, level, levels[0])
@@ -73,7 +84,10 @@ def check_levels(
         volume = subject.level(int(level["index"]))
         slices = -(-len(fine) // factors[0])
         held = volume.slope * volume.stored[first // factors[0] :][:slices].astype(np.float64) + volume.intercept
-        found = _check_values(f"level {level['index']} of {name}", level, held, _blocks(fine, factors))
+        blocks = _blocks(fine, factors)
+        if is_light and factors == (1, 1, 1):
+            held, blocks, step = encoded_light(held), encoded_light(blocks), _STEP_OF_LIGHT
+        found = _check_values(f"level {level['index']} of {name}", level, held, blocks)
         if found is not None:
             apart = step + (_half_float_steps(held, (low, high)) if _is_half_float(subject, level) else 0.0)
             yield found(apart, _near_seen(fine, factors, functions))

@@ -119,7 +119,9 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
         return
     if not subject.is_classified:
         shown = _shown_values(channel, own, diagonal)
-        result.compare(f"levels of {name}", check_levels, subject, channel, scans[name], shown)
+        result.compare(
+            f"levels of {name}", check_levels, subject, channel, scans[name], shown, is_light=_is_light(scene, name)
+        )
     window = tuple(channel["quantization"]["window"])
     for texture in manifest["textures"]:
         if texture["role"] == "transfer" and texture["transfer"] in names and texture.get("level") is None:
@@ -128,6 +130,12 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
                 result.compare(texture["name"], _table, package, texture, window, found, diagonal)
         if texture["role"] == "normals" and texture["level"] == 0 and name in texture["channels"]:
             result.compare(texture["name"], _normals, package, texture, channel, scans[name])
+
+
+def _is_light(scene: WitnessedScene, channel: str) -> bool:
+    """Return whether a channel is red, green or blue of a volume in colour."""
+    part = (scene.sources.get(channel, {}).get("colour") or {}).get("part", "opacity")
+    return bool(part != "opacity")
 
 
 def _shown_values(
@@ -205,7 +213,7 @@ def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene:
         isovalue,
         tuple(intensities) if intensities else (float(values[0]), float(values[-1])),
         bool(source.get("labels")),
-        (source.get("colour") or {}).get("part") not in {"red", "green", "blue"},
+        not _is_light(scene, channel["name"]),
     )
 
 

@@ -28,6 +28,11 @@ def linear_light(colour: str | list[float], *, linear: bool) -> list[float]:
     return [part / 12.92 if part <= 0.04045 else math.pow((part + 0.055) / 1.055, 2.4) for part in parts]
 
 
+def encoded_light(light: Floats) -> Floats:
+    """Return the sRGB numbers of linear light, from 0 to 1."""
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0.0) ** (1 / 2.4) - 0.055)
+
+
 def channel_of(pixels: NDArray[Any], wanted: Mapping[str, Any]) -> Floats:
     """Return one channel [...] of straight RGB or RGBA pixels [..., component], from 0 to 1.
 
