@@ -76,7 +76,7 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"profile": _FLAT, "layout": ("bricks",), "baked": _CHANGED["baked"]},
     {"profile": ("gles1",), "lighting": _CHANGED["lighting"]},
     {"profile": ("gles1",), "baked": _CHANGED["baked"]},
-    {"profile": ("gles1",), "classification": _CHANGED["classification"]},
+    {"profile": ("gles1",), "classification": tuple(each for each in _CHANGED["classification"] if each != "auto")},
     {"profile": ("gles1",), "layout": ("bricks", "mipmaps")},
     {"profile": ("gles1",), "pieces": _CHANGED["pieces"]},
     {"profile": ("gles1",), "mesh": _CHANGED["mesh"]},

@@ -4,9 +4,15 @@ from pathlib import Path
 
 import pytest
 
+from volprep.pipeline.build import plan_build
+from volprep.scene.request import load_request
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Silent
+
 from .factors import REFUSED, name_of, row_of
 from .outcome import outcome_of
 from .pairs import all_combinations, alone, combinations_of, is_refused, rows_of_pairs
+from .scenes import write_scene
 
 _ROWS = rows_of_pairs()
 _ALONE = alone(_ROWS)
@@ -36,7 +42,10 @@ def test_a_row_of_pairs_is_within(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", [name_of(row) for row in _ALONE])
-def test_a_pair_of_no_row_is_refused_with_a_code(name: str, tmp_path: Path) -> None:
-    outcome = outcome_of(row_of(name), tmp_path)
+def test_a_pair_of_no_row_is_refused_by_the_plan_with_a_code(name: str, tmp_path: Path) -> None:
+    scene = write_scene(tmp_path, row_of(name))
 
-    assert outcome.result == "refused", outcome.said
+    with pytest.raises(VolprepError) as refused:
+        plan_build(load_request(scene), Silent())
+
+    assert not refused.value.code.startswith("VP9")

@@ -75,7 +75,7 @@ def check_levels(
     if any(each.bricks is not None for each in textures):
         raise CannotWitnessError("levels are bricks without what cannot be seen: pictures witness them")
     volumes = [each for each in textures if each.role == "volume"]
-    if is_light and not all(each.gl.internal_format.startswith("SRGB") for each in volumes):
+    if is_light and not all(each.format.endswith("srgb") for each in volumes):
         raise CannotWitnessError("its light is not stored as sRGB: pictures witness it")
     for level in levels:
         factors = tuple(level["factors_zyx"])
