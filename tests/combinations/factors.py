@@ -72,7 +72,6 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"classification": ("preclassified",), "mesh": _CHANGED["mesh"]},
     {"profile": _FLAT, "bits": ("16",)},
     {"profile": _FLAT, "layout": ("mipmaps",)},
-    {"profile": _FLAT, "pieces": _CHANGED["pieces"]},
     {"profile": _FLAT, "layout": ("bricks",), "baked": _CHANGED["baked"]},
     {"profile": ("gles1",), "lighting": _CHANGED["lighting"]},
     {"profile": ("gles1",), "baked": _CHANGED["baked"]},
