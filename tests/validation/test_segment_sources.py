@@ -43,7 +43,7 @@ def of_slicer(folder: Path) -> Path:
 def of_masks(folder: Path) -> Path:
     (folder / "masks").mkdir()
     for name, number in (("a", 1), ("b", 2)):
-        image = nibabel.Nifti1Image((LABELS == number).astype(np.uint8).T, np.diag([-0.5, -0.8, 2.0, 1.0]))
+        image = nibabel.Nifti1Image((number == LABELS).astype(np.uint8).T, np.diag([-0.5, -0.8, 2.0, 1.0]))
         nibabel.save(image, folder / "masks" / f"{name}.nii.gz")
     return folder / "masks"
 
