@@ -1275,11 +1275,11 @@ typedef struct volpkg_pieces {
     double step_mm;
 } volpkg_pieces;
 
-/* What a user chooses: media, and how they are drawn. */
+/* A choice of the user: media, and how they are drawn. */
 typedef struct volpkg_picture {
     /* Name, unique in the package. */
     const char* name;
-    /* What it shows. Each has another transfer function. */
+    /* Media that it shows, each with another transfer function. */
     VOLPKG_LIST(volpkg_medium) media;
     /* How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
        does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
@@ -1339,7 +1339,7 @@ typedef struct volpkg_package {
     VOLPKG_LIST(volpkg_channel) channels;
     /* Shader programs, which drawings name. */
     VOLPKG_LIST(volpkg_program) programs;
-    /* What a user can choose, the default picture first. */
+    /* Pictures that a user can choose, the default one first. */
     VOLPKG_LIST(volpkg_picture) pictures;
     /* Stages that have run; drafts only. */
     VOLPKG_LIST(int32_t) stages;
@@ -6024,7 +6024,7 @@ static const volpkg_program* volpkg__program_named(const volpkg_package* p, cons
     return NULL;
 }
 
-/* The value of a source among those of a drawing, or NULL. */
+/* The value of a source in a drawing, or NULL. */
 static const volpkg_uniform_value* volpkg__value_of(const volpkg_drawing_record* drawing, volpkg_value_source source) {
     int32_t i;
     for (i = 0; i < drawing->values.count; ++i)

@@ -8,7 +8,7 @@ import numpy as np
 NAMES = """r8unorm R8 RED LUMINANCE, rg8unorm RG8 RG LUMINANCE_ALPHA, rgb8unorm RGB8 RGB RGB,
 rgba8unorm RGBA8 RGBA RGBA, rgb8snorm RGB8_SNORM RGB - BYTE, rgba8snorm RGBA8_SNORM RGBA - BYTE,
 rgba8unorm-srgb SRGB8_ALPHA8 RGBA -, r16float R16F RED - HALF_FLOAT, rgba16float RGBA16F RGBA - HALF_FLOAT"""
-FORMATS = {name: words for name, *words in map(str.split, NAMES.split(","))}  # "-" is none in OpenGL ES 2.0
+FORMATS = {name: words for name, *words in map(str.split, NAMES.split(","))}  # "-": not in OpenGL ES 2.0
 
 
 def choose(folder, name, level):  # steps 1 and 2

@@ -161,7 +161,7 @@ CONTRADICTIONS: dict[str, Change] = {
     "level 0 is said to be compressed as eac-r11unorm, but its textures are not": lambda manifest: manifest.update(
         compression=[{"format": "eac-r11unorm", "rmse": 0.1, "maximum": 0.1, **KEPT}]
     ),
-    "texture volume-scan-0 has the format r16unorm, which is none of the profile": set_to(
+    "texture volume-scan-0 has the format r16unorm, which the profile does not have": set_to(
         "textures", 1, "format", to="r16unorm"
     ),
     "file textures/level1.ktx2 is named 2 times": twice("files"),

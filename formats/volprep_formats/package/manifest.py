@@ -233,7 +233,7 @@ class Manifest(Heading, PartRecords):
     programs: tuple[Program, ...] = ()
     """Shader programs, which drawings name."""
     pictures: tuple[Picture, ...] = ()
-    """What a user can choose, the default picture first."""
+    """Pictures that a user can choose, the default one first."""
     stages: tuple[StageRecord, ...] = ()
     """Stages that have run; drafts only."""
     files: tuple[FileRecord, ...] = ()

@@ -116,12 +116,12 @@ class Drawing(Record):
 
 
 class Picture(Record):
-    """What a user chooses: media, and how they are drawn."""
+    """A choice of the user: media, and how they are drawn."""
 
     name: str
     """Name, unique in the package."""
     media: Annotated[tuple[PictureMedium, ...], Field(min_length=1)]
-    """What it shows. Each has another transfer function."""
+    """Media that it shows, each with another transfer function."""
     mixing: Mixing = "one"
     """How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
     does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and blue

@@ -24,7 +24,7 @@ from volprep_formats.package.texture import Texture
 def pictures_of(
     manifest: Manifest, composed: Sequence[ComposedProgram] = (), fidelity: Sequence[LevelFidelity] = ()
 ) -> tuple[Picture, ...]:
-    """Return every picture that can be drawn, the default one first; of a draft those that are complete so far."""
+    """Return every picture that can be drawn, the default one first; of a draft the complete ones."""
     names = [each.program.transfer for each in composed]
     sliced = {texture.transfer for texture in manifest.textures if texture.role == "slices"}
     names += [function.name for function in manifest.transfer_functions if function.name in sliced]
@@ -35,7 +35,7 @@ def pictures_of(
 
 @dataclass(frozen=True)
 class _Made:
-    """What the stages made."""
+    """Output of the stages."""
 
     manifest: Manifest
     composed: Sequence[ComposedProgram]
@@ -107,7 +107,7 @@ class _Made:
         )
 
     def _pieces(self, name: str) -> Pieces | None:
-        """Return the drawing of sub-volumes, whose tables are those of level 0."""
+        """Return the drawing of sub-volumes, with the tables of level 0."""
         for composed in self._programs(name):
             textures = sampled_textures(self.manifest, composed, 0)
             if composed.program.sampling == "subvolumes" and len(textures) == len(composed.inputs):

@@ -109,7 +109,7 @@ class Uniform(Record):
 
 
 class Sampler(Record):
-    """One active sampler of a composed program, and what it reads."""
+    """One active sampler of a composed program, and its input."""
 
     name: str
     """Name in the shader."""
@@ -326,11 +326,11 @@ class RaySampling(Record):
 
 
 class ComposedProgram(Record):
-    """A program with what it draws, from which the drawings of pictures follow."""
+    """A program with its inputs and steps. The drawings of pictures follow from it."""
 
     program: Program
     """The program."""
     inputs: tuple[Sampler, ...]
-    """What each of its samplers reads, in their order."""
+    """Input of each of its samplers, in their order."""
     rays: RaySampling
     """Where its rays take samples."""

@@ -115,7 +115,7 @@ def _formats(manifest: Manifest) -> Iterator[str]:
     """Check that the profile has the format of each texture."""
     for texture in manifest.textures:
         if not is_held(texture.format, manifest.profile.texture_formats):
-            yield f"texture {texture.name} has the format {texture.format}, which is none of the profile"
+            yield f"texture {texture.name} has the format {texture.format}, which the profile does not have"
 
 
 def _compression(manifest: Manifest) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Formats of texels: their names, layout in files, and sizes.
 
-Names are those of WebGPU. It has no formats of three components and no palettes; theirs are made alike.
+Names come from WebGPU. Formats of three components and palettes, which it does not have, have similar names.
 """
 
 import math
