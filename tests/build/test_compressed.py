@@ -74,7 +74,7 @@ def test_a_compressed_package_is_sound_and_names_its_encoder(packages: dict[str,
         assert texture.encoder is not None
         assert texture.encoder.startswith("astc-encoder-py" if wish.startswith("astc") else "etcpak")
         image = ktx2.decode(package.read_bytes(texture.file), texture.file)
-        assert image.format == next(name for name, block in BLOCKS.items() if block.gl_name == texture.format)
+        assert image.format == texture.format
 
 
 @pytest.mark.parametrize("wish", WISHES[1:])
