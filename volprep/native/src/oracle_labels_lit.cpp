@@ -215,6 +215,8 @@ void list_kinks(Work& work, const LitCell<Voxel>& lit) {
 
 template <typename Voxel>
 void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits, Work& work) {
+    // Of the whole cell: its middle may be hidden.
+    const double alpha = -std::expm1(-lit.depth(work.medium));
     list_kinks(work, lit);
     const double length_mm = lit.cell.length_mm;
     const auto sum_of = [&](int steps) {
@@ -229,7 +231,6 @@ void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits,
         }
         return sum;
     };
-    const double alpha = 1.0 - std::exp(-lit.medium(0.0).extinction * length_mm);
     const double tolerance = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
     // Light of at most the tolerance needs no refinement.
     double change = alpha;
