@@ -2,14 +2,19 @@
 
 import numpy as np
 import pytest
+from tiny_packages import function
 
-from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, view_rays
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.levels.label_rays import LabelLooks
+from volprep.parts.levels.rays import RaySegments
+from volprep.parts.levels.view_rays import FINER_PER_VOXEL, PER_VOXEL, ViewGroup, sampled, view_rays
 from volprep.parts.programs.patch_rays import FINE, PatchRays
-from volprep.parts.programs.step_bench import STEP_SHARE
+from volprep.parts.programs.step_bench import STEP_SHARE, StepBench
 from volprep.pipeline.build import build
 from volprep.plan.records import CropPlan
 from volprep.render.renderer import Renderer
 from volprep.scan.in_memory import InMemory
+from volprep.scan.segments.record import VoxelBox
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
@@ -17,6 +22,7 @@ from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.seen import seen_pixels
 from volprep_formats.grid import Grid
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
@@ -119,7 +125,7 @@ def test_rays_have_the_values_of_the_scan_whatever_its_type_and_the_part_that_is
             assert (np.abs(other.headlight - one.headlight) > 0.05).mean() < 1e-3
 
 
-def rays_through(codes: np.ndarray, *, seen: bool, **how: int) -> list[PatchRays]:
+def rays_through(codes: np.ndarray, *, seen: bool, **how: object) -> list[PatchRays]:
     """Rays through all of a scan of which everything, or nothing, is seen."""
     info = SourceInfo(format="raw", grid=Grid.of(codes.shape, (1.0, 1.0, 1.0)), stored_type="uint8")
     gauge = SlabMeasurer(info)
@@ -151,3 +157,36 @@ def test_a_volume_much_thinner_than_a_block_has_as_many_rays_as_others(shape_zyx
     counts = [sum(each.values[:, each.views[view]].shape[1] for each in rays) for view in range(views)]
     # Of 150 the shortest tenth are dropped, and those that are shorter than a voxel.
     assert min(counts) > 50, counts
+
+
+def test_small_segments_have_as_much_of_the_error_along_rays_as_in_a_picture() -> None:
+    """Segments of 1 to 3 voxels in a veil: by chance a view along an axis has a ray or two through them."""
+    shape_zyx = (20, 22, 24)
+    codes, labels = np.full(shape_zyx, 128, np.uint8), np.zeros(shape_zyx, np.uint16)
+    boxes = [((5, 6, 7), (6, 7, 8)), ((12, 15, 16), (15, 16, 17)), ((9, 4, 12), (10, 6, 13))]
+    for number, (start, stop) in enumerate(boxes, 1):
+        labels[tuple(map(slice, start, stop))] = number
+    looks = np.ones((1, 4, 4))
+    looks[0, 0] = 0.01
+    table = Table.exact(function((0.0, (1, 1, 1), 3.0), (255.0, (1, 1, 1), 3.0)))
+    labelled = LabelLooks(InMemory.of(labels), looks, [VoxelBox(start_zyx=a, stop_zyx=b) for a, b in boxes])
+    rays = rays_through(codes, seen=True, labelled=labelled)
+    grid = Grid.of(shape_zyx, (1.0, 1.0, 1.0))
+    lines = [every_line(grid, axis) for axis in range(3)]
+    groups = [ViewGroup(axis, each) for axis, each in enumerate(lines)]
+    pictures = sampled(InMemory.of(codes), grid.spacing_mm_zyx, groups, (0.0, 255.0), None, PER_VOXEL, labelled)
+    along_rays, in_pictures = (
+        StepBench(COMPOSITINGS["emission-absorption"], [table], each, is_segments=False).errors(1.4)
+        for each in (rays, pictures)
+    )
+    for axis in range(3):
+        assert along_rays[axis].rmse == pytest.approx(in_pictures[axis].rmse, rel=0.25)
+
+
+def every_line(grid: Grid, axis: int) -> RaySegments:
+    """Rays along an axis, four for each row of voxels."""
+    sides = [np.arange(0.25, extent_mm, 0.5) for extent_mm in grid.extent_mm_zyx[::-1]]
+    sides[axis] = np.zeros(1)
+    starts = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+    lengths_mm = np.full(len(starts), grid.extent_mm_zyx[::-1][axis] * (1 - 1e-9))
+    return RaySegments(starts, np.tile(np.eye(3)[axis], (len(starts), 1)), lengths_mm)

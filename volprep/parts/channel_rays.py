@@ -43,4 +43,5 @@ def _labelled(scan: ChannelScan) -> LabelLooks | None:
     if wanted is None or found is None or scan.labels is None or scan.scene.render.compositing not in LAID_OVER:
         return None
     record, order = segments_of(found, wanted, [each.name for each in scan.scene.transfer], scan.scene.name)
-    return LabelLooks(scan.labels, style_looks(record)[:, list(order)])
+    boxes = [box for box, members in zip(found.boxes, found.members, strict=True) if box is not None and members]
+    return LabelLooks(scan.labels, style_looks(record)[:, list(order)], boxes)

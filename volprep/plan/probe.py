@@ -60,13 +60,17 @@ class PictureDifference:
         return f"RMSE {self.rmse:.2g}, {self.maximum:.2g} at most"
 
 
-def difference(one: Float64Array, other: Float64Array) -> PictureDifference:
-    """Compare two pictures [..., 4] over seen rays. Others are no evidence: they would make any error look small."""
+def difference(one: Float64Array, other: Float64Array, weights: Float64Array | None = None) -> PictureDifference:
+    """Compare two pictures [..., 4] over seen rays. Others are no evidence: they would make any error look small.
+
+    `weights` [...] are those of the rays in the mean; equal if absent.
+    """
     seen = seen_pixels(one, other)
     error = one[seen] - other[seen]
     if not error.size:
         return PictureDifference(0.0, 0.0)
-    return PictureDifference(rmse=float(np.sqrt(np.mean(error**2))), maximum=float(np.abs(error).max()))
+    squares = np.average((error**2).mean(axis=-1), weights=None if weights is None else weights[seen])
+    return PictureDifference(rmse=float(np.sqrt(squares)), maximum=float(np.abs(error).max()))
 
 
 def difference_of_views(one: Sequence[Float64Array], other: Sequence[Float64Array]) -> PictureDifference:

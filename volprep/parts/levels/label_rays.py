@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from volprep.parts.levels.headlight import BorderSlopes
 from volprep.parts.levels.rays import RaySegments, sample_at
+from volprep.scan.segments.record import VoxelBox
 from volprep.scan.slabs import RawVolume
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.package.function_table import Table
@@ -29,6 +30,8 @@ class LabelLooks:
     """uint16 [z, y, x]."""
     looks: Float64Array
     """[style, label, 4], 0 to 1: tint times opacity factor, and opacity factor; 0 for labels of another style."""
+    boxes: Sequence[VoxelBox] = ()
+    """Around the voxels of each segment."""
 
     def along(
         self, spacing_mm_zyx: tuple[float, float, float], lines: RaySegments, counts: NDArray[np.intp]

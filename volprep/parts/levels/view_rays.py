@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from volprep.parts.levels.headlight import Shown, headlight
 from volprep.parts.levels.label_rays import LabelLooks
 from volprep.parts.levels.rays import RaySegments, inside_box, sample_level
+from volprep.parts.levels.small_segments import SegmentBoxes
 from volprep.parts.programs.patch_rays import FINE, PatchRays
 from volprep.plan.records import CropPlan
 from volprep.scan.in_memory import InMemory
@@ -72,6 +73,8 @@ class ViewGroup:
     """Number of the view."""
     lines: RaySegments
     """The rays."""
+    weights: Float64Array | None = None
+    """[ray]: weight of each in a mean, if they differ."""
 
 
 def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
@@ -91,14 +94,16 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
 
     `seen` says in which of the measured blocks [z, y, x] a transfer function shows something. Returns no rays if no
     block does. Where samples are lit, `lit` are the transfer functions: what all show is lit, all of it for none. Of
-    segments, `labelled` are the labels of the source.
+    segments, `labelled` are the labels of the source; small ones have more rays.
     """
     spacing_mm_xyz = np.array(grid.spacing_mm_zyx[::-1])
     offset_mm = np.array(crop.start_zyx[::-1]) * spacing_mm_xyz
     block_mm = spacing_mm_xyz * MEASURED_BLOCK
-    groups = list(_groups(grid, np.argwhere(seen)[:, ::-1] * block_mm - offset_mm, block_mm, lit=lit is not None))
+    corners_mm = np.argwhere(seen)[:, ::-1] * block_mm - offset_mm
+    boxes = SegmentBoxes.of(() if labelled is None else labelled.boxes, grid, crop.start_zyx)
     shifted = [
-        ViewGroup(each.view, replace(each.lines, starts_mm_xyz=each.lines.starts_mm_xyz + offset_mm)) for each in groups
+        replace(each, lines=replace(each.lines, starts_mm_xyz=each.lines.starts_mm_xyz + offset_mm))
+        for each in _groups(grid, corners_mm, block_mm, boxes, lit=lit is not None)
     ]
     lowest, highest = measured.statistics.minimum, measured.statistics.maximum
     codes, window = _codes(volume, info, (lowest, highest))
@@ -155,7 +160,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
         light = None if shown is None else _by_ray(shown[first:end], count)
         own = tuple(slice(0, count if number == group.view else 0) for number in range(views))
         of_labels = None if looks is None else _looks_by_ray(looks[:, first:end], count)
-        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, light, of_labels))
+        rays.append(PatchRays(_by_ray(values[first:end], count), step_mm, own, light, of_labels, group.weights))
         begin += count
     return rays
 
@@ -172,8 +177,10 @@ def cut(lines: RaySegments, length_mm: float, seed: int) -> RaySegments:
     return RaySegments(starts, longer.directions_xyz, np.full(len(kept), math.nextafter(length_mm, 0.0)))
 
 
-def _groups(grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, *, lit: bool) -> Iterator[ViewGroup]:
-    """Yield the rays of all views, grouped by length."""
+def _groups(
+    grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, boxes: SegmentBoxes, *, lit: bool
+) -> Iterator[ViewGroup]:
+    """Yield the rays of all views, grouped by length; views along the axes have more through small `boxes`."""
     if not len(corners_mm):
         return
     directions = _directions()
@@ -186,10 +193,22 @@ def _groups(grid: Grid, corners_mm: Float64Array, block_mm: Float64Array, *, lit
         lines = picture_lines(grid, corners_mm, block_mm, direction, count, generator)
         # Of oblique rays the shortest tenth, which hardly touch the box, would make all of a group as short.
         order = np.argsort(lines.lengths_mm, kind="stable")[len(lines.lengths_mm) // 10 :]
-        is_along_axis = np.count_nonzero(direction) == 1
-        for chosen in np.array_split(order, 1 if is_along_axis else _LENGTHS):
+        if np.count_nonzero(direction) == 1 and len(order):
+            axis = int(np.flatnonzero(direction)[0])
+            area_mm2 = _seen_area(corners_mm, block_mm, np.array(grid.extent_mm_zyx[::-1]), axis)
+            aimed, weights = boxes.aimed_at(lines.taken(order), axis, area_mm2, generator)
+            yield ViewGroup(view, begun(aimed, _MOST_VOXELS * voxel_mm), weights)
+            continue
+        for chosen in np.array_split(order, _LENGTHS):
             if len(chosen):
                 yield ViewGroup(view, begun(lines.taken(chosen), _MOST_VOXELS * voxel_mm))
+
+
+def _seen_area(corners_mm: Float64Array, block_mm: Float64Array, extent_mm_xyz: Float64Array, axis: int) -> float:
+    """Return the area that blocks take in a picture along an axis, as far as they are inside the box."""
+    sides = np.clip([corners_mm, corners_mm + block_mm], 0.0, extent_mm_xyz)
+    columns = np.unique(np.delete(sides, axis, axis=2), axis=1)
+    return float((columns[1] - columns[0]).prod(axis=1).sum())
 
 
 def begun(lines: RaySegments, most_mm: float) -> RaySegments:

@@ -37,6 +37,8 @@ class PatchRays:
     looks: Float32Array | None = None
     """[style, sample, ray, 4]: tint times opacity factor, and opacity factor, of the labels around a sample that have
     each style, if segments are drawn."""
+    weights: Float64Array | None = None
+    """[ray]: weight of each in a mean, if they differ."""
 
 
 def patch_rays(

@@ -96,6 +96,7 @@ class _Part(NamedTuple):
     headlight: Float64Array | None  # [sample, ray], if samples are lit
     looks: Float32Array | None  # [style, sample, ray, 4], if segments are drawn
     fine_mm: float  # distance of the samples
+    weights: Float64Array  # [ray], in a mean
 
 
 class _Drawn(NamedTuple):
@@ -165,7 +166,8 @@ class StepBench:
         """Return the worst error of any function by the number of the view, of those views that show something."""
         found: dict[int, PictureDifference] = {}
         for case in self._cases:
-            error = difference(self._light(case, step_mm), case.truth)
+            weights = np.concatenate([part.weights for part in case.parts])
+            error = difference(self._light(case, step_mm), case.truth, weights)
             found[case.view] = worst([error, found.get(case.view, error)])
         return found
 
@@ -176,14 +178,15 @@ class StepBench:
             return None
         lit = None if rays.headlight is None else np.ascontiguousarray(rays.headlight[:, view])
         looks = None if rays.looks is None else np.ascontiguousarray(rays.looks[list(drawn.styles), :, view])
-        part = _Part(values, lit, looks, rays.step_mm)
+        weights = np.ones(values.shape[1]) if rays.weights is None else rays.weights[view]
+        part = _Part(values, lit, looks, rays.step_mm, weights)
         truth = self._truth(part, drawn.exact)
         (chosen,) = np.nonzero(truth[:, 3] > _SEEN)
         if not len(chosen):
             return None
         headlight = None if lit is None else lit.take(chosen, axis=1)
         shown = None if looks is None else looks.take(chosen, axis=2)
-        return _Part(values.take(chosen, axis=1), headlight, shown, rays.step_mm), truth[chosen]
+        return _Part(values.take(chosen, axis=1), headlight, shown, rays.step_mm, weights[chosen]), truth[chosen]
 
     def _truth(self, part: _Part, tables: Sequence[Table]) -> Float64Array:
         """Return the light of straight pieces between fine samples; where no such light is known, of finer samples."""
