@@ -108,6 +108,20 @@ def test_a_fitted_table_is_nearer_and_shows_nothing_that_was_invisible(tmp_path)
         assert np.array_equal(fitted, fitted_table(coarse, target, common))
 
 
+def test_a_fitted_table_has_no_colour_that_its_function_does_not_have(tmp_path) -> None:
+    """Rays that are teal in truth, as where a wall has become darker behind a red vessel."""
+    lines = random_lines(GRID, 300, seed=4)
+    fine = sample_level(scan_of(tmp_path, thin_things(), GRID).volume, GRID.spacing_mm_zyx, lines)
+    common = np.column_stack([np.linspace([0.1, 0.11, 0.12], [1.0, 0.03, 0.02], 256), np.linspace(0.0, 2.0, 256)])
+    teal = fine.light(common) * [0.2, 2.0, 2.0, 1.0]
+    shares, fitted = (
+        each / each.sum(axis=1, keepdims=True) for each in (common[:, :3], fitted_table(fine, teal, common)[:, :3])
+    )
+    assert np.abs(fitted - shares).max() > 0.1
+    assert (fitted <= shares.max(axis=0) + 1e-9).all()
+    assert (fitted >= shares.min(axis=0) - 1e-9).all()
+
+
 def test_a_level_that_needs_no_table_of_its_own_has_none(tmp_path) -> None:
     # A coarse level of a constant is the constant.
     scan = scan_of(tmp_path, np.full((16, 16, 16), 120, np.uint8))
