@@ -199,7 +199,7 @@ def _print(report: "Report", folder: Path) -> None:
 
 
 def _print_views(program: "ProgramResult", bound: float) -> None:
-    from volprep.report.text import error
+    from volprep.report.text import error, kept_light
 
     rows = [
         (
@@ -209,7 +209,7 @@ def _print_views(program: "ProgramResult", bound: float) -> None:
             error(view.seen.maximum, bound),
             f"{view.seen.off:.2%}",
             f"{view.seen.flip:.3f}",
-            _kept(view.seen.kept_light),
+            kept_light(view.seen),
             error(view.data.seen_rmse, max(bound, view.truth_bound)),
             error(view.drawing.seen_rmse, max(bound, view.truth_bound)),
             "within" if view.passed else "beyond",

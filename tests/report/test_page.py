@@ -6,9 +6,10 @@ from itertools import pairwise
 from typing import get_args
 
 import pytest
+from sample_report import seen
 
 from volprep.report.page import page
-from volprep.report.text import number
+from volprep.report.text import kept_light, number
 from volprep.validation.report_record import Report
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.readers import READERS, title_of
@@ -225,3 +226,8 @@ def test_plots_take_their_colours_from_the_page(html: str) -> None:
     for plot in drawn[:4]:
         assert not re.search(r"#[0-9a-f]{6}\b", plot), "a colour of its own"
         assert "var(--series-1)" in plot
+
+
+def test_kept_light_is_a_range_where_it_is_uncertain() -> None:
+    assert kept_light(seen(0.01, kept=0.91)) == "0.91"
+    assert kept_light(seen(0.01, kept=0.685, within=0.296)) == "0.69 to 0.98"

@@ -7,6 +7,7 @@ import pytest
 from plans import PlanOfOne, plan_of_one
 
 from volprep.parts.classification.automatic import KIND
+from volprep.plan.item_kinds import BEYOND
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
@@ -35,6 +36,18 @@ def planned(scene: Scene, profile: str = "gles3") -> PlanOfOne:
     gauge = SlabMeasurer(info)
     gauge.add(codes)
     return plan_of_one(scene, load_profile(profile, Path()), info, gauge.result("0" * 64))
+
+
+def test_a_plan_says_that_voxels_in_colour_are_beyond_the_usual_tolerance() -> None:
+    def told(**tables) -> list[str]:
+        plan = planned(scene_of(**tables))
+        return [item.reason for item in plan.items if item.kind == BEYOND]
+
+    coloured = {"classification": "preclassified"}
+    (reason,) = told(render=coloured)
+    assert "FLIP of up to 0.1 and keep 0.7" in reason
+    assert told(render=coloured, tolerance={"flip": 0.1, "kept_light": 0.7}) == []
+    assert told(render={"classification": "lookup"}) == []
 
 
 def chosen(plan: PlanOfOne) -> tuple[str, str]:

@@ -14,6 +14,7 @@ from volprep.parts.programs.patch_rays import FINE, PatchRays, patch_rays
 from volprep.parts.programs.step import choose_steps, common_steps
 from volprep.parts.programs.step_bench import STEP_SHARE
 from volprep.plan.decisions import StepChoice
+from volprep.plan.item_kinds import BEYOND
 from volprep.plan.records import LevelPlan
 from volprep.render.renderer import Renderer
 from volprep.scan.statistics import SlabMeasurer
@@ -90,6 +91,17 @@ def test_a_smaller_tolerance_gets_a_shorter_step() -> None:
     assert steps == sorted(steps, reverse=True)
     assert len(set(steps)) > 2
     assert steps[-1] == 0.125
+
+
+def test_a_plan_says_that_the_shortest_step_is_beyond_the_tolerance() -> None:
+    def told(rmse: float) -> list[str]:
+        plan = planned(waves(5.0), scene_of(tolerance={"rmse": rmse, "maximum": 1.0}))
+        return [item.reason for item in plan.items if item.kind == BEYOND]
+
+    assert told(0.05) == []
+    (reason,) = told(1e-5)
+    assert reason.startswith("steps of level 0 are beyond the tolerance: 0.125 voxels: a sample of rays is off by RMSE")
+    assert "[tolerance]" in reason
 
 
 def test_coarser_levels_have_longer_steps_and_the_plan_says_why() -> None:

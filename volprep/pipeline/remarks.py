@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from volprep.plan.item_kinds import (
     BAKED_LIGHT,
+    BEYOND,
     FIRST_LOOK,
     LEVEL,
     LIT_CODES,
@@ -44,9 +45,13 @@ def remarks(manifest: Manifest) -> Iterator[str]:
 
 
 def warnings(manifest: Manifest) -> Iterator[str]:
-    """Return what a user should act on: empty functions, full resolution left out, codes too coarse for light."""
+    """Return what a user should act on.
+
+    Empty functions, full resolution left out, codes too coarse for light, and other parts of the error that are beyond
+    the tolerance.
+    """
     yield from _missing_resolution(manifest)
-    yield from (item.reason for item in manifest.plan if item.kind == LIT_CODES)
+    yield from (item.reason for item in manifest.plan if item.kind in {LIT_CODES, BEYOND})
     if any(each.classification == "colour" for each in manifest.programs):
         if manifest.channels[-1].statistics.maximum == 0.0:
             yield _TRANSPARENT

@@ -105,6 +105,8 @@ class StepChoice:
     """Why."""
     in_pieces: bool = False
     """Whether the package holds the level in sub-volumes only."""
+    is_beyond: bool = False
+    """Whether no step that was tried is within the tolerance, which codes and levels share."""
 
 
 @dataclass(frozen=True)

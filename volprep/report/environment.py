@@ -36,6 +36,7 @@ def environment(truth_bound: float) -> Environment:
         decibel=text.decibel,
         seconds=text.seconds,
         css=css_colour,
+        kept_light=text.kept_light,
         digest=source_digest,
     )
     return found

@@ -2,6 +2,11 @@
 
 from math import floor, log10
 
+from volprep.validation.seen_records import SeenNumbers
+
+_CERTAIN = 0.05
+"""Uncertainty of kept light up to which a number stands alone."""
+
 
 def number(value: float, digits: int = 3) -> str:
     """Write `value` with `digits` significant digits; below 0.0001 as a power of ten."""
@@ -27,6 +32,14 @@ def plain(value: float) -> str:
     mantissa, exponent = digits.split("e")
     power = f"10{_superscript(int(exponent))}"
     return power if mantissa == "1" else f"{mantissa}·{power}"
+
+
+def kept_light(seen: SeenNumbers) -> str:
+    """Write the least kept light of a view, and how much it may be where it is uncertain; a dash without things."""
+    if seen.kept_light is None or seen.kept_light_at_most is None:
+        return "–"
+    at_most = f" to {seen.kept_light_at_most:.2f}" if seen.kept_light_at_most - seen.kept_light >= _CERTAIN else ""
+    return f"{seen.kept_light:.2f}{at_most}"
 
 
 def size(count: int) -> str:

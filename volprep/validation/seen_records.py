@@ -44,7 +44,7 @@ class LostThings(Record):
 class SeenNumbers(Record):
     """An error over seen pixels: those with an opacity or a light of more than half a step of 8 bits in either picture.
 
-    The tolerance limits `rmse`, `maximum`, `flip` and `kept_light`.
+    The tolerance limits `rmse`, `maximum`, `flip` and `kept_light_at_most`.
     """
 
     share: _Share
@@ -63,7 +63,8 @@ class SeenNumbers(Record):
     become brighter than a dark thing, or darker than a bright one; null without things."""
     kept_light_at_most: float | None
     """The least, over all things, of kept light plus its uncertainty, which follows from how much the differences of
-    the background scatter; null without things. A level is worse than the box reference only if this is."""
+    the background scatter; null without things. A view is beyond the tolerance, or a level worse than the box
+    reference, only if this is."""
     things: _Pixel
     """Number of things: connected, no wider than two voxels of the level, bright, dark or of another colour. One that
     is bright and of another colour counts twice."""

@@ -69,7 +69,7 @@ class Verdict(Record):
     worst_flip: NonNegative
     """Its FLIP."""
     worst_kept_light: float | None
-    """Light that the thing keeps that keeps the least in it; null without things."""
+    """Light that the thing keeps at most, given the uncertainty, that keeps the least in it; null without things."""
     worst_data_rmse: NonNegative
     """Part of its root mean square error over seen pixels that is due to level and quantisation."""
     worst_drawing_rmse: NonNegative
@@ -89,7 +89,7 @@ def passes(found: SeenNumbers, tolerance: Tolerance) -> bool:
         found.rmse <= tolerance.rmse
         and found.maximum <= tolerance.maximum
         and found.flip <= tolerance.flip
-        and (found.kept_light is None or found.kept_light >= tolerance.kept_light or tolerance.kept_light == 0.0)
+        and (tolerance.kept_light == 0.0 or _lost_at_least(found) <= 1.0 - tolerance.kept_light)
     )
 
 
@@ -100,7 +100,7 @@ def passes_errors(found: ErrorNumbers, tolerance: Tolerance) -> bool:
 
 def share_of(found: SeenNumbers, tolerance: Tolerance) -> float:
     """Return the largest share of a limit of the tolerance; above 1 is beyond it."""
-    lost = _lost(found) / max(1.0 - tolerance.kept_light, _SMALLEST_TOLERANCE)
+    lost = _lost_at_least(found) / max(1.0 - tolerance.kept_light, _SMALLEST_TOLERANCE)
     return max(
         share_of_errors(found.rmse, found.maximum, tolerance),
         found.flip / max(tolerance.flip, _SMALLEST_TOLERANCE),
@@ -110,6 +110,11 @@ def share_of(found: SeenNumbers, tolerance: Tolerance) -> float:
 
 def _lost(found: SeenNumbers) -> float:
     return 0.0 if found.kept_light is None else 1.0 - found.kept_light
+
+
+def _lost_at_least(found: SeenNumbers) -> float:
+    """Return the light that a thing has surely lost: a smaller loss than the scatter around it is not seen."""
+    return 0.0 if found.kept_light_at_most is None else 1.0 - found.kept_light_at_most
 
 
 def share_of_errors(rmse: float, maximum: float, tolerance: Tolerance) -> float:
@@ -212,7 +217,7 @@ def judge(
         worst_rmse=worst.seen.rmse,
         worst_maximum=worst.seen.maximum,
         worst_flip=worst.seen.flip,
-        worst_kept_light=worst.seen.kept_light,
+        worst_kept_light=worst.seen.kept_light_at_most,
         worst_data_rmse=worst.data.seen_rmse,
         worst_drawing_rmse=worst.drawing.seen_rmse,
         share=share_of(worst.seen, tolerance),

@@ -18,6 +18,7 @@ from volprep.parts.programs.patch_rays import PatchRays, patch_rays
 from volprep.parts.programs.step_bench import FINER_VOXELS, LongestStep, StepBench, in_voxels, longest_step
 from volprep.parts.values.labels import label_step_voxels
 from volprep.plan.decisions import StepChoice
+from volprep.plan.item_kinds import BEYOND
 from volprep.plan.records import LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
@@ -72,6 +73,7 @@ def choose_steps(
     of_finest: float | None = None
     for level in (*in_pieces, *levels):
         voxel_mm = min(f * h for f, h in zip(level.factors_zyx, grid.spacing_mm_zyx, strict=True))
+        is_beyond = False
         if wanted != "auto":
             voxels, reason = wanted, "as the scene states"
         elif scene.source.labels:
@@ -90,7 +92,7 @@ def choose_steps(
             of_views = finest if level.index == 0 else ()
             rays = of_views or [source_rays(scene, info, measured, grid, level.factors_zyx)]
             measure = partial(_measured, scene, functions, layers, voxel_mm)
-            voxels, reason, _ = measure(rays, finer) if of_views else measure(rays)
+            voxels, reason, _, is_beyond = measure(rays, finer) if of_views else measure(rays)
             of_finest = voxels if level.index == 0 else of_finest
             if level.index == 0 and not of_views:
                 reason = f"{reason}; an estimate along rays through parts of the scan; a build measures all of it"
@@ -102,9 +104,9 @@ def choose_steps(
             if scene.colour is not None and voxels > _LONGEST_IN_COLOUR:
                 voxels = _LONGEST_IN_COLOUR
                 reason = "light and extinction were measured one by one, and the picture needs both"
-        chosen.append(
-            StepChoice(level.index, voxels * voxel_mm, f"{in_voxels(voxels)}: {reason}", in_pieces=level in in_pieces)
-        )
+        text = f"{in_voxels(voxels)}: {reason}"
+        choice = StepChoice(level.index, voxels * voxel_mm, text, in_pieces=level in in_pieces, is_beyond=is_beyond)
+        chosen.append(choice)
     return tuple(chosen)
 
 
@@ -190,6 +192,16 @@ def describe_steps(rays: RaySampling, choices: Sequence[StepChoice]) -> Iterator
         shared = "" if step_mm == choice.step_mm else f"; here {step_mm:.3g} mm, for another channel"
         reason = f"{choice.step_mm:.3g} mm, {choice.reason}{shared}"
         yield PlanItem(name=f"step of level {choice.level}", kind="step", level=choice.level, kept=True, reason=reason)
+    finest = next((each for each in choices if not each.in_pieces), None)
+    if finest is not None and finest.is_beyond:
+        yield PlanItem(
+            name="error of steps",
+            kind=BEYOND,
+            level=finest.level,
+            kept=True,
+            reason=f"steps of level {finest.level} are beyond the tolerance: {finest.reason}; validate will find "
+            "pictures beyond it, unless the scene allows more in [tolerance] or has smoother transfer functions",
+        )
 
 
 def _reduced(patch: NDArray[np.generic], factors_zyx: tuple[int, int, int]) -> Float64Array:

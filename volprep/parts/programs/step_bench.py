@@ -53,6 +53,8 @@ class LongestStep(NamedTuple):
     """Why, for people."""
     keeps: bool
     """Whether it was measured, and keeps the promise."""
+    is_beyond: bool = False
+    """Whether its error is beyond the whole tolerance."""
 
 
 def longest_step(  # noqa: PLR0917 - the rays, and the allowed error
@@ -86,7 +88,9 @@ def longest_step(  # noqa: PLR0917 - the rays, and the allowed error
         beyond = f"; {in_voxels(voxels)} would be off by {error.text}"
     best = min(tried, key=lambda voxels: tried[voxels].rmse) if bench.rounds else tried_voxels[-1]
     reason = f"a sample of rays is off by {tried[best].text}, more than {part}: no step that was tried keeps it"
-    return LongestStep(best, reason, keeps=False)
+    found = tried[best]
+    is_beyond = found.rmse > tolerance.rmse or found.maximum > tolerance.maximum
+    return LongestStep(best, reason, keeps=False, is_beyond=is_beyond)
 
 
 class _Part(NamedTuple):
