@@ -127,18 +127,20 @@ def test_a_level_that_shows_nothing_measures_nothing(scan, level) -> None:
 def test_rays_that_see_nothing_are_no_evidence() -> None:
     rays = PatchRays(np.zeros((64, 10)), 0.125, (slice(0, 10),))
     bench = StepBench(COMPOSITINGS["emission-absorption"], [Table.exact(VESSELS)], [rays], is_segments=False)
-    voxels, reason, _ = longest_step(bench, 1.0, TOLERANCE, 0.5)
-    assert voxels == 0.5
-    assert "no ray of a sample sees anything" in reason
+    found = longest_step(bench, 1.0, TOLERANCE, 0.5)
+    assert found.voxels == 0.5
+    assert "no ray of a sample sees anything" in found.reason
+    assert not found.is_beyond
 
 
 def test_a_step_that_no_length_keeps_is_the_finest_and_says_so() -> None:
     values = np.where(np.random.default_rng(2).random((512, 40)) < 0.05, 200.0, 0.0)
     rays = PatchRays(values, 0.125, (slice(0, 40),))
     bench = StepBench(COMPOSITINGS["emission-absorption"], [Table.exact(VESSELS)], [rays], is_segments=False)
-    voxels, reason, _ = longest_step(bench, 1.0, Tolerance(rmse=1e-6, maximum=1e-5), 0.5)
-    assert voxels == 0.125
-    assert reason.endswith("no step that was tried keeps it")
+    found = longest_step(bench, 1.0, Tolerance(rmse=1e-6, maximum=1e-5), 0.5)
+    assert found.voxels == 0.125
+    assert found.reason.endswith("no step that was tried keeps it")
+    assert found.is_beyond
 
 
 def test_a_level_that_is_off_itself_takes_longer_steps(scan, level) -> None:
