@@ -350,7 +350,7 @@ def test_a_scan_without_a_scene_gets_a_function_over_its_values(scene) -> None:
     nifti = scene.parent / "Head #1.nii"
     import nibabel
 
-    nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([1.0, 0.75, 2.5, 1.0])), nifti)
+    nibabel.save(nibabel.Nifti1Image(phantom().T.astype(np.int16), np.diag([1.0, 0.75, 2.0, 1.0])), nifti)
     draft = scene.parent / "draft.volpkg"
     run = volprep("import", nifti, "-o", draft)
     assert run.returncode == 0, run.stderr

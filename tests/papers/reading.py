@@ -26,7 +26,7 @@ _DRAWN: tuple[TechniqueName, ...] = ("ray-casting", "view-slices", "axis-slices"
 _WAYS = {
     "3D texture": ("gles3", ""),
     "mosaic, one channel": (MOSAIC, ""),
-    "mosaic, four channels": (MOSAIC, '[mosaic]\norder = "interleaved"\n'),
+    "mosaic, four channels": (MOSAIC, '[lab.mosaic]\norder = "interleaved"\n'),
     "bricks in a 3D texture": ("gles3", "[bricks]\n"),
     "bricks in a mosaic": (MOSAIC, "[bricks]\n"),
 }

@@ -21,7 +21,7 @@ def built(folder, size: int, bits: int = 8, profile: str = "gles3", order: str =
     text = scene.read_text(encoding="utf-8").replace('name = "phantom"', 'name = "phantom"\ncrop = "none"')
     # Rays run to their end: one that a block ends early would go on in the picture of the whole.
     tables = f"\n[render]\nopacity_cutoff = 1.0\n\n[quantize]\nbits = {bits}\n\n[grid]\nsize = {size}\n"
-    scene.write_text(text + tables + f'\n[mosaic]\norder = "{order}"\n', encoding="utf-8")
+    scene.write_text(text + tables + f'\n[lab.mosaic]\norder = "{order}"\n', encoding="utf-8")
     return scene_builds.built(scene, folder / "phantom.volpkg")
 
 
