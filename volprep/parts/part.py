@@ -98,11 +98,11 @@ class Part:
     name: str
     """Name of its rooms: `volprep/parts/NAME` and `volprep_formats/package/parts/NAME`."""
     prepare: Callable[[Scene, DeviceProfile, int], Scene] = _unchanged
-    """Return the scene of a scan of so many channels with the settings that the part needs. Raise if they cannot be."""
+    """Return the scene of a scan of so many channels with the settings of the part. Raise if that is impossible."""
     require: Callable[[Scene, DeviceProfile], None] = _requires_nothing
     """Raise if the scene wants what the device class, or another wish of the scene, rules out."""
     require_scan: Callable[[Scene, Grid, tuple[TransferFunction, ...], Measured], None] = _accepts
-    """Raise if the scene, its box or its functions cannot be drawn from what was measured of a channel."""
+    """Raise if the scene, its box or its functions cannot be drawn from the measurement of a channel."""
     beside: Neighbour | None = None
     """Room that it takes beside the texture of a level."""
     plan: Callable[[LaidOut], Record | None] = _no_plan

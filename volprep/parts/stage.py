@@ -47,7 +47,7 @@ class Stage:
     name: str
     """Name of the stage and of its verb."""
     summary: str
-    """What it does, in one sentence: the help of its verb."""
+    """Its work in one sentence: the help of its verb."""
     reads: tuple[str, ...]
     """Names of the stages whose output it uses; it runs again when one of them has changed."""
     channel: "Work[ChannelPlan] | None" = None

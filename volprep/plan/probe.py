@@ -63,7 +63,7 @@ class PictureDifference:
 def difference(one: Float64Array, other: Float64Array, weights: Float64Array | None = None) -> PictureDifference:
     """Compare two pictures [..., 4] over seen rays. Others are no evidence: they would make any error look small.
 
-    `weights` [...] are those of the rays in the mean; equal if absent.
+    `weights` [...] of the rays count in the mean; they are equal if absent.
     """
     seen = seen_pixels(one, other)
     error = one[seen] - other[seen]

@@ -1,4 +1,4 @@
-"""What a verdict says of each level: whether it is within, what it has lost, and up to which size it serves.
+"""Outcome of each level in a verdict: whether it is within, its losses, and the largest size that it serves.
 
 A coarse level may be for previews and within their tolerance although the vessel is gone that the scan was made for:
 `volprep validate --strict-levels` fails on a level that has lost anything.
@@ -48,7 +48,7 @@ class LostContrast(Record):
 
 
 class LevelOutcome(Record):
-    """A coarse level: whether it is within its tolerance, and what it has lost."""
+    """A coarse level: whether it is within its tolerance, and its losses."""
 
     item: str
     """Description of the drawing."""
@@ -82,13 +82,13 @@ class LevelOutcome(Record):
 
 
 def finest_outcome(program: ProgramResult) -> FinestOutcome:
-    """Return what the verdict says of the finest level of a program."""
+    """Return the outcome of the finest level of a program."""
     beyond = sum(not view.passed for view in program.views)
     return FinestOutcome(level=program.level, transfer=program.transfer, views=len(program.views), beyond=beyond)
 
 
 def level_outcomes(programs: Sequence[ProgramResult], tolerance: Tolerance) -> tuple[LevelOutcome, ...]:
-    """Return what the verdict says of each coarse level; the worse counts if two programs draw it."""
+    """Return the outcome of each coarse level; the worse counts if two programs draw it."""
     found: dict[str, LevelOutcome] = {}
     for outcome in _outcomes(programs, tolerance):
         known = found.get(outcome.item)

@@ -1,4 +1,4 @@
-"""What the studies of a package share: their options, and making one."""
+"""Options that the studies of a package share, and how one is made."""
 
 from pathlib import Path
 from typing import Annotated

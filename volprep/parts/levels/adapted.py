@@ -153,7 +153,7 @@ class _Fit:
 
 
 def _shares(colour: Float64Array) -> Float64Array:
-    """Return the shares of red, green and blue [entry, 3]; those of grey where it is black."""
+    """Return the shares of red, green and blue [entry, 3]; equal shares where it is black."""
     whole = colour.sum(axis=1, keepdims=True)
     shares: Float64Array = np.divide(colour, whole, out=np.full_like(colour, 1 / 3), where=whole > 0.0)
     return shares

@@ -37,7 +37,7 @@ class SegmentBoxes:
 
     @classmethod
     def of(cls, boxes: Sequence[VoxelBox], grid: Grid, start_zyx: tuple[int, int, int]) -> "SegmentBoxes":
-        """Return boxes of voxels of a scan, of which the part that begins at `start_zyx` has the grid `grid`."""
+        """Return boxes of voxels of a scan. `grid` is the grid of its part that begins at `start_zyx`."""
         sides = np.array([[each.start_zyx, each.stop_zyx] for each in boxes], np.float64).reshape(-1, 2, 3)
         sides += np.array([-_AROUND_VOXELS, _AROUND_VOXELS])[:, None] - np.array(start_zyx)
         sides_mm = np.clip(sides * grid.spacing_mm_zyx, 0.0, grid.extent_mm_zyx)[..., ::-1]

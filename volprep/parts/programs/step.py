@@ -118,7 +118,7 @@ def _measured(  # noqa: PLR0917 - what is drawn, and the rays
     rays: Sequence[PatchRays],
     finer: Callable[[], Sequence[PatchRays]] | None = None,
 ) -> LongestStep:
-    """Return the longest step along rays; `finer` samples them more finely, if they are those of views."""
+    """Return the longest step along rays; `finer` samples them more finely, if they are rays of views."""
     compositing = COMPOSITINGS[scene.render.compositing]
     bench = partial(
         StepBench,

@@ -70,7 +70,7 @@ def _share(encoded: Floats, alpha: Floats | None, wanted: Mapping[str, Any]) -> 
 
 
 def with_channels(scene: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a scene with the channels and transfer functions that its table [colour] stands for; others as they are.
+    """Return a scene with the channels and transfer functions of its table [colour]; other scenes as they are.
 
     Each channel has one straight line: light, or extinction, in proportion to its values.
     """
