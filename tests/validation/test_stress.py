@@ -149,7 +149,18 @@ def test_no_case_is_begun_when_the_time_is_over(tmp_path):
 
 
 def test_cases_that_were_not_tried_are_not_passed_and_are_named(tmp_path, monkeypatch) -> None:
-    words = ["stress", "--case", "one-voxel", "--case", "negative", "--seconds", "0", "--report", str(tmp_path / "s")]
+    words = [
+        "study",
+        "stress",
+        "--case",
+        "one-voxel",
+        "--case",
+        "negative",
+        "--seconds",
+        "0",
+        "--report",
+        str(tmp_path / "s"),
+    ]
     with pytest.raises(VolprepError, match="VP6072 2 of 2 cases were not tried") as caught:
         command_line(words)(words, standalone_mode=False)
     assert caught.value.status == ExitStatus.TOLERANCE
@@ -265,6 +276,7 @@ def test_depths_must_rise_in_opacity(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, capsys):
     words = [
+        "study",
         "stress",
         "--case",
         "one-voxel",
@@ -298,7 +310,7 @@ def test_the_command_says_which_case_is_beyond_its_limit(tmp_path, monkeypatch, 
     ],
 )
 def test_what_cannot_be_tried_is_said(tmp_path, words, status, text):
-    done = volprep("stress", *words, "--report", tmp_path / "report")
+    done = volprep("study", "stress", *words, "--report", tmp_path / "report")
     assert done.returncode == status
     assert text in done.stderr
     assert not (tmp_path / "report").exists()

@@ -52,6 +52,7 @@ def progressive(
         point=None,
         transfer=transfer,
         step_mm=step,
+        fill=True,
     )
     found = take_progressively(package, shot, Finishing(order, budget), output)
     if as_json:
