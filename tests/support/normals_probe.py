@@ -42,7 +42,7 @@ def normals_probe(
     # The volume lies in a mosaic of its own.
     volume = fit_mosaic((depth, height, width), Packing(gutter=1), Room(4096))
     assert volume is not None
-    lighting = normals_of(texture)
+    lighting = normals_of(texture, "es100")
     _, _, normals = declarations("lighting", lighting).partition("\n")
     fragment = ShaderText("fragment", fetch_text(volume, spacing_mm_zyx) + normals + _MAIN)
     with ExitStack() as stack:
