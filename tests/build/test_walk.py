@@ -214,7 +214,7 @@ def test_pieces_have_a_step_of_their_own(tmp_path) -> None:
     scene = built(tmp_path).path.parent / "phantom.toml"
     scene.write_text(scene.read_text().replace("step_voxels = 0.25\n", ""), encoding="utf-8")
     package = scene_builds.built(scene, tmp_path / "auto.volpkg")
-    (picture,) = package.manifest.pictures
+    picture = package.manifest.pictures[0]
     assert min(each.level for each in picture.drawings) > 0
     assert picture.pieces.step_mm < picture.drawings[0].step_mm
     assert check(package.path) == []

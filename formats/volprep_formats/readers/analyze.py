@@ -5,7 +5,7 @@ orientation: x is taken as right to left, as SPM and nibabel do. Names, dates an
 not kept.
 """
 
-from math import prod
+from math import isfinite, prod
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +87,7 @@ def _opened(
         corner_mm = -origin * steps
     grid = grid_from_affine(path, "field pixdim", (nz, ny, nx), np.diag(steps), corner_mm)
     factor = float(fields["factor"])
-    scaled = np.isfinite(factor) and factor not in {0.0, 1.0}
+    scaled = isfinite(factor) and factor not in {0.0, 1.0}
     voxels = VoxelFile(data, dtype, (nz, ny, nx), start + volume * volume_bytes)
     remarks = [_UNPLACED] + [_WITH_ORIGIN] * bool(origin.any()) + [_SCALED] * scaled
     facts = HeaderFacts("analyze", grid, remarks, factor if scaled else 1.0)
