@@ -53,7 +53,7 @@ APART: list[tuple[list[str], set[str]]] = [
     (["inspect", _DRAFT], TABLES | CHECKING),
     (["zip", _PACKAGE, "-o", "phantom.volpkg.zip"], CHECKING),
     (["validate", _PACKAGE, "--quick"], CHECKING),
-    (["cut", _PACKAGE, "--center", "10,10,10", "--size", "4", "-o", "box.nrrd"], NUMBERS),
+    (["cut", _PACKAGE, "--center", "10,10,10", "--size", "4", "-o", "box.nrrd"], NUMBERS | {"volprep.render"}),
     (["study", "walk", _PACKAGE, "walk.toml", "-o", "walked"], DRAWING),
     (["doctor"], DRAWING | {"OpenImageIO", "volprep_formats._vdb"}),
     (["study", "stress", "--case", "one-voxel", "--profile", "gles1"], DRAWING | REPORTS | {"volprep.vtk"}),
