@@ -17,8 +17,8 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.texture import SampleFilter, Texture
 from volprep_formats.srgb import linear_of_srgb
 from volprep_formats.textures import paletted
-from volprep_formats.textures.block_formats import BLOCKS
-from volprep_formats.textures.texel_formats import COMPONENTS, SRGB, TEXELS, Dimension, TextureFormat
+from volprep_formats.textures.block_formats import BLOCKS, block_of
+from volprep_formats.textures.texel_formats import COMPONENTS, PALETTED, SRGB, TEXELS, Dimension, TextureFormat
 
 PIXELS = 4
 """Pixels that a capability is drawn into."""
@@ -28,7 +28,7 @@ _AXES: tuple[Axis, ...] = ("depth", "height", "width")
 _LOW, _HIGH = 0.2, 0.8
 # Formats that packages for OpenGL ES 1.1 have: their textures are slices.
 _FORMATS: tuple[TextureFormat, ...] = get_args(TextureFormat)
-_SLICE_FORMATS: tuple[TextureFormat, ...] = ("rgba8unorm", "palette8-rgba8unorm")
+_SLICE_FORMATS: tuple[TextureFormat, ...] = ("rgba8unorm", PALETTED)
 # Middle and span of the values in a texture, where they are not 0 to 1. Those of 16 bits are so close together that 8
 # bits in their place would be 0.06 off in the picture, and rounding to half floats changes it by 0.005.
 _SPREADS: dict[TextureFormat, tuple[float, float]] = {
@@ -88,7 +88,7 @@ def capabilities_of(profile: DeviceProfile) -> tuple[Capability, ...]:
         formats = [name for name in _FORMATS if name in profile.texture_formats and name in _SLICE_FORMATS]
         dimensions: tuple[Dimension, ...] = ("2d",)
     else:
-        formats = [name for name in _FORMATS if name in profile.texture_formats and name != "palette8-rgba8unorm"]
+        formats = [name for name in _FORMATS if name in profile.texture_formats and name != PALETTED]
         dimensions = ("2d", "3d") if profile.max_3d_texture_size else ("2d",)
     filters: tuple[SampleFilter, ...] = ("linear", "nearest")
     found = [
@@ -108,7 +108,7 @@ def capabilities_of(profile: DeviceProfile) -> tuple[Capability, ...]:
 
 def probe_of(capability: Capability, api: Api) -> ProbeTexture:
     """Make the texture that shows whether a driver has a capability."""
-    block = next((each for name, each in BLOCKS.items() if name == capability.format), None)
+    block = block_of(capability.format)
     axis = _AXES.index(capability.axis)
     count = 2 if capability.size is None else capability.size
     shape = [1, 1, 1]
@@ -121,7 +121,7 @@ def probe_of(capability: Capability, api: Api) -> ProbeTexture:
         # The filter changes between the last texel of one block and the first one of the other.
         from_edge = half / block.size
         first, last = 0.5 - from_edge, 0.5 + from_edge
-    elif capability.format == "palette8-rgba8unorm":
+    elif capability.format == PALETTED:
         texels, ends = _paletted(shape)
         first, last = half, 1 - half
     else:

@@ -18,6 +18,7 @@ from volprep.render.gl_objects import GlObjects
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.texture import Texture
+from volprep_formats.textures.texel_formats import PALETTED
 
 _NEEDED = ("GL_OES_framebuffer_object", "GL_OES_rgb8_rgba8")
 _RGBA8 = 0x8058
@@ -91,7 +92,7 @@ class Gl1(GlObjects):
             ):
                 GLES1.glTexParameterf(target, name, float(value))
             GLES1.glPixelStorei(GLES1.GL_UNPACK_ALIGNMENT, 1)
-            if record.format == "palette8-rgba8unorm":
+            if record.format == PALETTED:
                 GLES1.glCompressedTexImage2D(target, 0, _PALETTE8_RGBA8, width, height, 0, len(texels), texels)
             else:
                 rgba = GLES1.GL_RGBA

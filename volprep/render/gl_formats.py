@@ -6,7 +6,7 @@ OpenGL ES 2.0 table 3.4, OpenGL ES 3.0 table 3.13, GL_EXT_texture_norm16, GL_OES
 from typing import NamedTuple
 
 from volprep_formats.package.api import ContextApi, graphics_api
-from volprep_formats.textures.texel_formats import Dimension
+from volprep_formats.textures.texel_formats import PALETTED, Dimension
 
 TARGETS: dict[Dimension, str] = {"2d": "TEXTURE_2D", "3d": "TEXTURE_3D"}
 """Binding target of a texture, without GL_."""
@@ -32,7 +32,7 @@ _UNSIZED: dict[str, _Plain] = {
 }
 """The same in OpenGL ES 1.1 and 2.0."""
 _COMPRESSED: dict[str, str] = {
-    "palette8-rgba8unorm": "PALETTE8_RGBA8_OES",
+    PALETTED: "PALETTE8_RGBA8_OES",
     "eac-r11unorm": "COMPRESSED_R11_EAC",
     "etc2-rgba8unorm": "COMPRESSED_RGBA8_ETC2_EAC",
     "astc-4x4-unorm": "COMPRESSED_RGBA_ASTC_4x4_KHR",

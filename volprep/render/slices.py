@@ -39,6 +39,7 @@ from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.paletted import PALETTE_BYTES
+from volprep_formats.textures.texel_formats import PALETTED
 
 _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
@@ -307,7 +308,7 @@ class SliceRenderer:
 
     def _read(self, texture: Texture) -> bytes:
         data = self._package.read_bytes(texture.file)
-        if texture.format == "palette8-rgba8unorm":
+        if texture.format == PALETTED:
             palette = self._palettes.get(texture.name)
             return data if palette is None else palette.tobytes() + data[PALETTE_BYTES:]
         image = ktx2.decode(data, texture.file)

@@ -5,6 +5,7 @@ It comes before anything else that lights a sample. The value of the sample is k
 
 from dataclasses import replace
 
+from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.parts.light.record import StoredLight, form_of
@@ -98,8 +99,7 @@ def _read(light: StoredLight, texture: Texture, dialect: Dialect) -> Feature:
         words["FIRST_COLOUR"] = literal(*light.first_colour)
     else:
         slots |= {"light_places": places, "light_ends": f"{_FIXED}:one_number"}
-        # Luminance comes as red, green and blue.
-        words["NUMBERS"] = "ra" if (texture.format, dialect) == ("rg8unorm", "es100") else "rg"
+        words["NUMBERS"] = "".join(component_letter(texture.format, k, dialect) for k in range(2))
     return Feature(slots=slots, words=words, samplers=(Sampler(name="u_light", role="light"),))
 
 

@@ -5,6 +5,7 @@ the gradient is nearly zero or codes around it cancel, the less is its sample a 
 colour. Such places are where directions change fast, and steps would have to be shorter.
 """
 
+from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
@@ -87,8 +88,7 @@ def normals_of(texture: Texture, dialect: Dialect) -> Feature:
     words = {"NORMAL_TEXEL": "textureLod(u_normals, at, 0.0)"}
     samplers: tuple[Sampler, ...] = (Sampler(name="u_normals", role="normals"),)
     if code == "oct8":
-        # Luminance comes as red, green and blue.
-        words["NUMBERS"] = "ra" if (texture.format, dialect) == ("rg8unorm", "es100") else "rg"
+        words["NUMBERS"] = "".join(component_letter(texture.format, k, dialect) for k in range(2))
     if texture.mosaic is not None:
         mosaic = Mosaic(
             "They are a mosaic, in tiles of one slice each.",

@@ -24,6 +24,7 @@ from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.record import Record
 from volprep_formats.regular_files import open_regular, read_regular
 from volprep_formats.runtime import runtime_folder, sent_modules
+from volprep_formats.textures.texel_formats import PALETTED
 
 INDEX = "index.html"
 SETTINGS = "view.json"
@@ -109,7 +110,7 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
 
 
 def _has_palettes(package: Package) -> bool:
-    return all(each.format == "palette8-rgba8unorm" for each in package.manifest.textures)
+    return all(each.format == PALETTED for each in package.manifest.textures)
 
 
 def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.block_formats import block_of
 from volprep_formats.textures.texel_formats import COMPONENTS
 
 
@@ -38,5 +38,5 @@ def channel_contradictions(manifest: Manifest) -> Iterator[str]:
 
 def _components(name: str) -> int | None:
     """Return the components of a voxel that texels of this format hold."""
-    block = next((each for compressed, each in BLOCKS.items() if compressed == name), None)
+    block = block_of(name)
     return COMPONENTS.get(name) if block is None else block.components if block.is_srgb else 1

@@ -20,6 +20,7 @@ from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.texture import TEXTURE_ROLES, Texture
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2, paletted
+from volprep_formats.textures.texel_formats import PALETTED
 from volprep_formats.untrusted_json import parse_json, places_of_others
 
 _MOST_PLACES = 10
@@ -154,7 +155,7 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
 def _check_texture(package: Package, mipmaps: list[Texture], record: FileRecord) -> None:
     """Check a file that holds one texture, or the mipmaps of one."""
     texture, path = mipmaps[0], package.path
-    if texture.format == "palette8-rgba8unorm":
+    if texture.format == PALETTED:
         paletted.decode(package.read_bytes(record.path), texture.shape_zyx[1:], f"{path}: {texture.file}")
         return
     head = _head(package, record)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep_formats.package.texture import Texture
-from volprep_formats.textures.block_formats import BLOCKS
+from volprep_formats.textures.block_formats import block_of
 from volprep_formats.textures.mosaic import tiles_of
 from volprep_formats.textures.texel_formats import COMPONENTS
 
@@ -28,7 +28,7 @@ def mosaic_contradictions(texture: Texture, shape_zyx: tuple[int, int, int]) -> 
         yield "its mosaic has several components in a voxel and several slices in a texel"
     if mosaic.slices_per_texel == 1 and mosaic.order != "interleaved":
         yield f"its mosaic has one slice in a texel, but these are {mosaic.order}"
-    block = next((each for compressed, each in BLOCKS.items() if compressed == texture.format), None)
+    block = block_of(texture.format)
     held = COMPONENTS.get(texture.format) if block is None else block.components
     components = mosaic.slices_per_texel * mosaic.components_per_voxel
     if components != held:

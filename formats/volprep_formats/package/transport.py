@@ -11,6 +11,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.progress import Progress
 from volprep_formats.textures import ktx2
+from volprep_formats.textures.texel_formats import PALETTED
 
 Texels = Literal["plain", "zstd"]
 _WORTH = 0.9
@@ -48,7 +49,7 @@ def _converted(data: bytes, record: FileRecord, manifest: Manifest, texels: Texe
 
 def _convertible(manifest: Manifest) -> set[str]:
     """Return the KTX 2 files that readers read completely. Boxes are cut by seeking only in the whole-level file."""
-    textures = {each.file for each in manifest.textures if each.format != "palette8-rgba8unorm"}
+    textures = {each.file for each in manifest.textures if each.format != PALETTED}
     pieces, whole = (manifest.subvolumes.pieces, manifest.subvolumes.whole) if manifest.subvolumes else ((), None)
     return (textures | set(pieces)) - {whole}
 

@@ -52,6 +52,11 @@ BLOCKS: dict[CompressedFormat, BlockFormat] = {
 }
 
 
+def block_of(name: str) -> BlockFormat | None:
+    """Return the compressed format of this name; None if the format is not compressed."""
+    return next((block for compressed, block in BLOCKS.items() if compressed == name), None)
+
+
 def blocks_shape(texture_format: CompressedFormat, shape_yx: tuple[int, int]) -> tuple[int, int, int]:
     """Rows and columns of blocks of a texture of the given size, and bytes of each block."""
     block = BLOCKS[texture_format]

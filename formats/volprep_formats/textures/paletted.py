@@ -12,8 +12,6 @@ import numpy as np
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import VolprepError
 
-INTERNAL_FORMAT = "PALETTE8_RGBA8_OES"
-"""Internal format, without GL_."""
 ENTRIES = 256
 """Colours of a palette; a shorter one is filled with zeros."""
 PALETTE_BYTES = 4 * ENTRIES

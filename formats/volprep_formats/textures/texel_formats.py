@@ -29,6 +29,8 @@ TextureFormat = Literal[TexelFormat, "palette8-rgba8unorm", CompressedFormat]
 it filters. palette8: bytes are entries of a palette of 256 colours, before the texels."""
 SRGB: TextureFormat = "rgba8unorm-srgb"
 """Format whose red, green and blue the GPU decodes from sRGB before it filters them."""
+PALETTED: TextureFormat = "palette8-rgba8unorm"
+"""Format of slices of bytes that are entries of a palette; no KTX 2 file holds it."""
 LookupFormat = Literal["rgba8unorm", "rgba16float"]
 Dimension = Literal["2d", "3d"]
 """Dimension of a texture."""
@@ -61,7 +63,7 @@ COMPONENTS: dict[str, int] = {name: layout.components for name, layout in TEXELS
 """Components of a texel, of formats without blocks and palettes."""
 BYTES_PER_TEXEL: dict[str, int] = {
     **{name: layout.components * layout.dtype.itemsize for name, layout in TEXELS.items()},
-    "palette8-rgba8unorm": 1,
+    PALETTED: 1,
 }
 """Size of a texel that is not compressed, in the file and as uploaded."""
 
@@ -87,5 +89,5 @@ def size_bytes(name: str, shape_zyx: tuple[int, int, int]) -> int:
 
 def gpu_bytes(name: str, shape_zyx: tuple[int, int, int]) -> int:
     """Memory of a texture on a GPU; texels of three bytes and of palettes take four, as on most GPUs."""
-    fields = 4 if name in {"rgb8unorm", "rgb8snorm", "palette8-rgba8unorm"} else BYTES_PER_TEXEL.get(name)
+    fields = 4 if name in {"rgb8unorm", "rgb8snorm", PALETTED} else BYTES_PER_TEXEL.get(name)
     return size_bytes(name, shape_zyx) if fields is None else math.prod(shape_zyx) * fields

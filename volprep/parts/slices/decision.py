@@ -21,7 +21,7 @@ from volprep_formats.package.parts.slices.record import AXES
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.paletted import PALETTE_BYTES
-from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, TextureFormat
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, TextureFormat
 
 
 def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:
@@ -90,7 +90,7 @@ def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> Tex
         raise VolprepError("VP3060", problem="lab.slices.layers mixes slices, and labels have nothing between them")
     if len(set(settings.stacks)) < len(settings.stacks):
         raise VolprepError("VP3060", problem="lab.slices.stacks names an axis twice")
-    texel: TextureFormat = "rgba8unorm" if settings.form == "rgba" else "palette8-rgba8unorm"
+    texel: TextureFormat = "rgba8unorm" if settings.form == "rgba" else PALETTED
     if texel not in profile.texture_formats:
         raise VolprepError("VP3060", problem=f"profile {profile.name} has no textures of the format {texel}")
     return texel
@@ -145,7 +145,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and the settings
 
 def stack_bytes(stack: SliceStackPlan, texel: TextureFormat) -> int:
     """Size of the textures of a stack."""
-    palettes = PALETTE_BYTES * len(stack.textures) if texel == "palette8-rgba8unorm" else 0
+    palettes = PALETTE_BYTES * len(stack.textures) if texel == PALETTED else 0
     return _texels(stack) * BYTES_PER_TEXEL[texel] + palettes
 
 

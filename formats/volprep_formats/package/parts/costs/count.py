@@ -8,7 +8,7 @@ from volprep_formats.package.picture import DrawCost
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.paletted import PALETTE_BYTES
-from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, gpu_bytes, size_bytes
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, gpu_bytes, size_bytes
 
 Image = tuple[str, tuple[int, int, int]]
 """Format and shape (z, y, x) of a texture or a mipmap."""
@@ -32,7 +32,7 @@ def cost_of_textures(manifest: Manifest, textures: Sequence[Texture], meshes: Se
 def cost_of(images: Iterable[Image], mesh_bytes: int = 0) -> DrawCost:
     """Return the cost of a drawing: the images of its textures, each mipmap by itself, and its mesh."""
     held = [*images]
-    palettes = PALETTE_BYTES * sum(name == "palette8-rgba8unorm" for name, _ in held)
+    palettes = PALETTE_BYTES * sum(name == PALETTED for name, _ in held)
     return DrawCost(
         upload_bytes=mesh_bytes + palettes + sum(size_bytes(*image) for image in held),
         gpu_bytes=mesh_bytes + sum(gpu_bytes(*image) for image in held),

@@ -6,8 +6,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.slices.record import AXES, SliceLayout, StackAxis
 from volprep_formats.package.texture import Texture
-
-_PALETTED = "palette8-rgba8unorm"
+from volprep_formats.textures.texel_formats import PALETTED
 
 
 def slices_contradictions(manifest: Manifest) -> Iterator[str]:
@@ -29,7 +28,7 @@ def slices_contradictions(manifest: Manifest) -> Iterator[str]:
         yield f"it has programs or what only programs read, but profile {manifest.profile.name} has no shaders"
     if manifest.editing is not None:
         yield from (f"transfer functions are editable, but texture {each.name} has no palette"
-                    for each in manifest.textures if each.format != _PALETTED)  # fmt: skip
+                    for each in manifest.textures if each.format != PALETTED)  # fmt: skip
     grids = {level.index: level.grid for level in manifest.levels}
     for (transfer, axis), textures in stacks.items():
         name = f"the stack of slices of {transfer} across {axis}"
@@ -44,7 +43,7 @@ def _texture(manifest: Manifest, texture: Texture, slices: SliceLayout) -> Itera
     depth, height, width = texture.shape_zyx
     if depth != 1 or texture.dimension != "2d" or height & (height - 1) or width & (width - 1):
         yield f"holds slices, so it must be 2D with sizes that are powers of two, not {texture.shape_zyx}"
-    if texture.format not in {"rgba8unorm", _PALETTED}:
+    if texture.format not in {"rgba8unorm", PALETTED}:
         yield f"holds slices, but its format is {texture.format}"
     rows, columns = slices.slice_shape_yx
     if slices.tiles_x * columns > width or -(-slices.slices // slices.tiles_x) * rows > height:

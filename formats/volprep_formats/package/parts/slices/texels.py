@@ -7,6 +7,7 @@ from volprep_formats.package.parts.slices.record import StackAxis
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2, paletted
+from volprep_formats.textures.texel_formats import PALETTED
 
 
 def slice_texels(package: Package, transfer: str, axis: StackAxis) -> UInt8Array:
@@ -30,7 +31,7 @@ def slice_texels(package: Package, transfer: str, axis: StackAxis) -> UInt8Array
 def _texels(package: Package, texture: Texture) -> UInt8Array:
     """Return the texels of one texture [y, x, RGBA]."""
     data = package.read_bytes(texture.file)
-    if texture.format == "palette8-rgba8unorm":
+    if texture.format == PALETTED:
         colours, indices = paletted.decode(data, (texture.shape_zyx[1], texture.shape_zyx[2]), texture.file)
         return colours[indices]
     return np.asarray(ktx2.decode(data, texture.file).data[0], np.uint8)
