@@ -17,7 +17,7 @@ from volprep.scan.slabs import RawVolume
 from volprep.transfer.preclassified import Voxels
 from volprep_formats.arrays import Float32Array, Texels, UInt8Array
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.srgb_texels import encoded_srgb
@@ -130,7 +130,7 @@ def volume_texture(volume: VolumePlan, part: int) -> Texture:
         file=volume.files[part],
         shape_zyx=volume.shape_zyx,
         format=volume.format,
-        dimension="3d" if volume.mosaic is None else "2d",
+        dimension=dimension_of(volume.mosaic),
         level=volume.level,
         channels=() if volume.transfer else volume.channels,
         mosaic=volume.mosaic,

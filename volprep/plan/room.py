@@ -6,10 +6,10 @@ from volprep.plan.records import VolumePlan
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
-_ONE_CHANNEL: dict[int, tuple[TextureFormat, ...]] = {8: ("r8unorm",), 16: ("r16float",), 32: ("rgba8unorm",)}
-"""Formats of one code in a texel, by the bits of a code; 32 bits hold a classified voxel."""
-FOUR_CHANNELS: dict[int, tuple[TextureFormat, ...]] = {8: ("rgba8unorm",), 16: ("rgba16float",)}
-"""Formats of four channels, by the bits of a code."""
+_ONE_CHANNEL: dict[int, TextureFormat] = {8: "r8unorm", 16: "r16float", 32: "rgba8unorm"}
+"""Format of one code in a texel, by the bits of a code; 32 bits hold a classified voxel."""
+FOUR_CHANNELS: dict[int, TextureFormat] = {8: "rgba8unorm", 16: "rgba16float"}
+"""Format of four channels, by the bits of a code."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ def has_exact_16_bits(profile: DeviceProfile) -> bool:
 
 def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
     """Return the format of a device class for one code of so many bits, or with 32 for a classified voxel."""
-    return "r16unorm" if bits == 16 and has_exact_16_bits(profile) else first_of(_ONE_CHANNEL[bits], profile)
+    return "r16unorm" if bits == 16 and has_exact_16_bits(profile) else if_held(_ONE_CHANNEL[bits], profile)
 
 
-def first_of(formats: tuple[TextureFormat, ...], profile: DeviceProfile) -> TextureFormat | None:
-    """Return the first of `formats` that a device class has."""
-    return next((texel for texel in formats if texel in profile.texture_formats), None)
+def if_held(texel: TextureFormat, profile: DeviceProfile) -> TextureFormat | None:
+    """Return a format if a device class has it, otherwise None."""
+    return texel if texel in profile.texture_formats else None
 
 
 def texture_bytes(volume: VolumePlan) -> int:

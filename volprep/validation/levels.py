@@ -12,7 +12,7 @@ from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import WITH_TABLES, Program
 
 
 def compare_levels(
@@ -27,7 +27,7 @@ def compare_levels(
     """
     manifest = bench.subject.package.manifest
     several = manifest.together is not None or manifest.segments is not None
-    if program.classification not in {"lookup", "preintegrated"} or several:
+    if program.classification not in WITH_TABLES or several:
         return ()
     subject = bench.subject
     wanted = set(subject.levels(program))

@@ -12,6 +12,8 @@ ClassificationName = Literal["lookup", "preintegrated", "palette", "control-poin
 """Classification of samples: each by a lookup table; each segment by a pre-integrated table; each by a palette; each by
 arithmetic from control points; or none, because the voxels are classified and hold colours. "colour": four channels
 hold premultiplied light and extinction, in proportion to their values."""
+WITH_TABLES: frozenset[ClassificationName] = frozenset(("lookup", "preintegrated"))
+"""Classifications with a texture for their table."""
 Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
 """Representation of the volume that a program samples."""
 TechniqueName = Literal[

@@ -74,6 +74,11 @@ class MosaicLayout(Record):
         return height + 2 * self.gutter + below, width + 2 * self.gutter + right
 
 
+def dimension_of(mosaic: MosaicLayout | None) -> Dimension:
+    """Return the dimension of a texture of voxels: 2d if it is a mosaic."""
+    return "3d" if mosaic is None else "2d"
+
+
 SampleFilter = Literal["linear", "nearest"]
 """Filtering of a texture."""
 

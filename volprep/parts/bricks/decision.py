@@ -8,7 +8,7 @@ from volprep.parts.bricks.flat import flat_index, flat_pool, held_zyx
 from volprep.parts.bricks.pool import brick_layout
 from volprep.parts.mosaic.packing import Packing
 from volprep.plan.records import BricksPlan, LevelPlan, VolumePlan
-from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, if_held, one_channel
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import BrickSettings, Scene
 from volprep_formats.diagnostics import VolprepError
@@ -114,7 +114,7 @@ def _flat(level: LevelPlan, bits: int, profile: DeviceProfile, wanted: Bricks) -
     size, limit = wanted.settings.size, profile.max_texture_size
     single = [(one_channel(bits, profile), Packing())] if wanted.order == "auto" else []
     orders: tuple[MosaicOrder, ...] = ("overlapping", "interleaved") if wanted.order == "auto" else (wanted.order,)
-    four = first_of(FOUR_CHANNELS[bits], profile)
+    four = if_held(FOUR_CHANNELS[bits], profile)
     for texel, packing in (*single, *((four, Packing(4, order)) for order in orders)):
         found = flat_pool(level.shape_zyx, size, wanted.settings.reach, packing, profile) if texel else None
         if texel is not None and found is not None and flat_index(found[0].bricks_zyx, profile) is not None:

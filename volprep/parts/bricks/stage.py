@@ -23,7 +23,7 @@ from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import MosaicLayout, Texture
+from volprep_formats.package.texture import MosaicLayout, Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -95,7 +95,7 @@ def _index(
         file=bricks.file,
         shape_zyx=shape_zyx,
         format="rgba8unorm",
-        dimension="3d" if mosaic is None else "2d",
+        dimension=dimension_of(mosaic),
         level=volume.level,
         channels=volume.channels,
         mosaic=mosaic,

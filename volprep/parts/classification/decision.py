@@ -31,6 +31,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import WITH_TABLES
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, LookupFormat
 
@@ -51,7 +52,7 @@ CLASSIFIED_BITS = 32
 
 def tables_bytes(wishes: SceneRender, profile: DeviceProfile, entries: int) -> int:
     """Return the bytes that the tables of one transfer function may take at most; lookup tables have `entries`."""
-    if wishes.decided_classification not in {"lookup", "preintegrated"}:
+    if wishes.decided_classification not in WITH_TABLES:
         return 0
     if wishes.classification == "preintegrated":
         return _integral_bytes(_largest(profile))

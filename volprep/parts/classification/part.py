@@ -13,7 +13,7 @@ from volprep.plan.records import ChannelPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ProgramDesign
+from volprep_formats.package.program import WITH_TABLES, ProgramDesign
 
 _FLIP, _KEPT_LIGHT = 0.1, 0.7
 """Of preclassified voxels, about: a phantom of shells and soft parts had FLIP 0.08 to 0.09, and kept 0.717."""
@@ -59,7 +59,7 @@ def _chooser(scene: Scene) -> Literal["plan", "scene"]:
 
 def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
     names = {program.classification for program in manifest.programs}
-    return "preintegrated" in names if names <= {"lookup", "preintegrated"} else None
+    return "preintegrated" in names if names <= WITH_TABLES else None
 
 
 PART = Part(

@@ -11,7 +11,7 @@ from volprep.plan.decisions import CutChoice, LightChoice
 from volprep.plan.item_kinds import BAKED_LIGHT
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
-from volprep.plan.room import Beside, Misfit, first_of
+from volprep.plan.room import Beside, Misfit, if_held
 from volprep.scene.scene import LightFactor, LightingSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -27,8 +27,8 @@ from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "light"
 """Kind of its item of the plan."""
-_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("rg8unorm",), 4: ("rgba8unorm",)}
-"""Formats of texels, by the number of their components."""
+_FORMATS: dict[int, TextureFormat] = {2: "rg8unorm", 4: "rgba8unorm"}
+"""Format of a texel, by the number of its components."""
 _TECHNIQUES = frozenset(("ray-casting", "two-pass", "slabs"))
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 _NOT_TRIED = "the build measures it on the whole scan, and may choose another resolution or leave it out"
@@ -50,9 +50,7 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         return
     possible = {
         f"profile {profile.name}, which has no shaders": profile.has_shaders,
-        f"profile {profile.name}, which has no textures of format {' or '.join(_formats(model))}": first_of(
-            _formats(model), profile
-        )
+        f"profile {profile.name}, which has no textures of format {_format(model)}": if_held(_format(model), profile)
         is not None,
         f"technique {render.technique}": render.technique in _TECHNIQUES,
         f"compositing {render.compositing}": render.compositing in LAID_OVER,
@@ -70,7 +68,7 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3241")
 
 
-def _formats(model: LightModel) -> tuple[TextureFormat, ...]:
+def _format(model: LightModel) -> TextureFormat:
     return _FORMATS[form_of(model).components]
 
 
@@ -106,7 +104,7 @@ def _held(
 ) -> _Held | Misfit | None:
     """Return the wanted resolution, or the next that the device class holds; None without light."""
     model = light_model(scene)
-    texel = None if model is None else first_of(_formats(model), profile)
+    texel = None if model is None else if_held(_format(model), profile)
     if model is None or texel is None:
         return None
     wanted = (tried and tried.factor) or _factor(scene.lighting, shape_zyx)
@@ -174,17 +172,14 @@ def sample_count(shape_zyx: tuple[int, int, int]) -> int:
     return min(max(_SAMPLES_PER_TEXEL * texels, _LEAST_SAMPLES), most)
 
 
-def light_items(
-    plan: LightPlan | None, scene: Scene, grid: Grid, profile: DeviceProfile, tried: LightChoice | None
-) -> Iterator[PlanItem]:
+def light_items(plan: LightPlan | None, scene: Scene, grid: Grid, tried: LightChoice | None) -> Iterator[PlanItem]:
     """List the decisions about baked light."""
     if tried is not None and tried.remark:
         kept = plan is not None
         yield PlanItem(name="error of baked light", kind=BAKED_LIGHT, kept=kept, reason=tried.remark)
     if plan is None:
         reason = tried.reason if tried else "the scene does not ask for it"
-        texel = first_of(_FORMATS[2], profile) or "rg8unorm"
-        size = size_bytes(texel, _shape(grid.shape_zyx, 2))
+        size = size_bytes(_FORMATS[2], _shape(grid.shape_zyx, 2))
         yield PlanItem(name="baked light", kind=KIND, kept=False, reason=reason, size_bytes=size)
         return
     part = {1: "all of", 2: "half", 4: "a quarter of"}[plan.factor]

@@ -20,7 +20,7 @@ def _plan(channel: LaidOut) -> LightPlan | None:
 
 def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
     case = decided.case
-    return light_items(plan.part(LightPlan), case.scene, plan.grid, plan.profile, case.light)
+    return light_items(plan.part(LightPlan), case.scene, plan.grid, case.light)
 
 
 def _images(plan: ChannelPlan, transfer: str, _level: int, program: ProgramDesign | None) -> Images:

@@ -26,7 +26,7 @@ from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.light.planes import plane_numbers
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -90,7 +90,7 @@ def _written(
         file=wanted.file,
         shape_zyx=light.texels_zyx,
         format=light.format,
-        dimension="3d" if light.mosaic is None else "2d",
+        dimension=dimension_of(light.mosaic),
         mosaic=light.mosaic,
         transfer=wanted.transfer,
         light=stored,

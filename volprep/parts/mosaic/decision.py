@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic, most_slices, room_of
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, first_of, one_channel, texture_bytes, too_large
+from volprep.plan.room import FOUR_CHANNELS, Beside, Misfit, if_held, one_channel, texture_bytes, too_large
 from volprep.scene.scene import MosaicSettings
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
@@ -92,7 +92,7 @@ def _fitted(  # noqa: PLR0917 - the level, the device class, and one of the ways
     textures: int,
     between: SampleFilter,
 ) -> VolumePlan | Misfit:
-    texel = one_channel(bits, profile) if packing.slices_per_texel == 1 else first_of(FOUR_CHANNELS[bits], profile)
+    texel = one_channel(bits, profile) if packing.slices_per_texel == 1 else if_held(FOUR_CHANNELS[bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no texture format of {bits} bits for a mosaic")
     layout = mosaic_of(level, packing, textures, profile)

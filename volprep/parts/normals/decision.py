@@ -11,7 +11,7 @@ from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text,
 from volprep.parts.mosaic.packing import Packing
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import LevelPlan
-from volprep.plan.room import Beside, Misfit, first_of
+from volprep.plan.room import Beside, Misfit
 from volprep.scene.scene import NormalSettings, Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
@@ -22,12 +22,12 @@ from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "normals"
 """Kind of its item of the plan."""
-# Formats of the code alone, and with the length of the gradient in one channel more.
-_FORMATS: dict[NormalCode, tuple[tuple[TextureFormat, ...], tuple[TextureFormat, ...]]] = {
-    "biased8": (("rgb8unorm",), ("rgba8unorm",)),
-    "snorm8": (("rgb8snorm",), ("rgba8snorm",)),
-    "oct8": (("rg8unorm",), ("rgb8unorm",)),
-    "oct12": (("rgb8unorm",), ("rgba8unorm",)),
+# Format of the code alone, and with the length of the gradient in one channel more.
+_FORMATS: dict[NormalCode, tuple[TextureFormat, TextureFormat]] = {
+    "biased8": ("rgb8unorm", "rgba8unorm"),
+    "snorm8": ("rgb8snorm", "rgba8snorm"),
+    "oct8": ("rg8unorm", "rgb8unorm"),
+    "oct12": ("rgb8unorm", "rgba8unorm"),
 }
 _WHY = {
     "forward": "the cheapest, but shifted by half a voxel",
@@ -46,14 +46,13 @@ def wanted_normals(scene: Scene) -> NormalSettings | None:
 
 def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
     """Format of a texel. Raises VP3050 where the profile has none."""
-    formats = _FORMATS[settings.code][settings.magnitude]
-    texel = first_of(formats, profile)
-    if texel is None:
+    texel = _FORMATS[settings.code][settings.magnitude]
+    if texel not in profile.texture_formats:
         raise VolprepError(
             "VP3050",
             profile=profile.name,
             coded=settings.code,
-            needed=" or ".join(formats),
+            needed=texel,
             known=", ".join(profile.texture_formats),
         )
     return texel

@@ -23,7 +23,7 @@ from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normals
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -55,7 +55,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             part=part,
             shape_zyx=texture.shape_zyx,
             format=normals.format,
-            dimension="3d" if texture.mosaic is None else "2d",
+            dimension=dimension_of(texture.mosaic),
             level=texture.level,
             channels=(plan.channel,),
             mosaic=texture.mosaic,

@@ -20,7 +20,7 @@ from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.plan.item_kinds import SEGMENT_NAMES, SEGMENT_REMARK
 from volprep.plan.products import LabelSetsPlan, LabelTexturePlan, SegmentsPlan, SkipTablePlan
 from volprep.plan.records import LevelPlan
-from volprep.plan.room import Misfit, first_of
+from volprep.plan.room import Misfit, if_held
 from volprep.scan.segments.record import FoundSegments
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
@@ -35,11 +35,11 @@ from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "segments"
 """Kind of the item of the plan."""
-LABEL_FORMATS: dict[bool, tuple[TextureFormat, ...]] = {
-    False: ("r8unorm",),
-    True: ("rg8unorm",),
+LABEL_FORMATS: dict[bool, TextureFormat] = {
+    False: "r8unorm",
+    True: "rg8unorm",
 }
-"""Formats of labels, by whether they have two bytes."""
+"""Format of labels, by whether they have two bytes."""
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
 
@@ -77,7 +77,7 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
 def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool, str]]:
     """Return what segments do not go with, whether the scene wants it, and what it can have instead."""
     render = scene.render
-    has_format = all(first_of(formats, profile) for formats in LABEL_FORMATS.values())
+    has_format = all(texel in profile.texture_formats for texel in LABEL_FORMATS.values())
     formats = "choose a profile with r8unorm and rg8unorm, as gles3 and gles2-4096"
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format, formats
     rays = 'set render.technique = "ray-casting"'
@@ -132,7 +132,7 @@ def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | N
     sets, _ = label_sets(tables, layout.levels, case.profile)
     functions = len(record.transfers) if scene.render.classification == "lookup" else 0
     others = LOOK_UNITS + bool(tables) + functions
-    format_ = first_of(LABEL_FORMATS[record.wide], case.profile)
+    format_ = if_held(LABEL_FORMATS[record.wide], case.profile)
     assert format_ is not None  # noqa: S101 - require_possible has found it
     return SegmentsPlan(
         **{name: getattr(record, name) for name in Segments.model_fields},
@@ -186,7 +186,7 @@ def label_sets(
     tables: Sequence[SkipTablePlan], levels: Sequence[LevelPlan], profile: DeviceProfile
 ) -> tuple[tuple[LabelSetsPlan, ...], PlanItem]:
     """Decide whether an app can find the blocks that are empty while segments are hidden."""
-    texel = first_of(LABEL_FORMATS[True], profile)
+    texel = if_held(LABEL_FORMATS[True], profile)
     assert texel is not None  # noqa: S101 - require_possible has found it
     found = []
     for table in tables:

@@ -23,12 +23,11 @@ from volprep_formats.package.parts.segments.record import looks, table_shape
 from volprep_formats.package.parts.segments.texels import flagged, label_texels, look_texels
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import SEGMENT_LABELS
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.segmentations.records import LabelArray
 from volprep_formats.textures import ktx2
-from volprep_formats.textures.texel_formats import Dimension
 
 
 def _settings(plan: Plan) -> tuple[Record, ...]:
@@ -52,7 +51,6 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
             own = coarse_labels(labels, factors, light)
             kept = level_kept(segments, texture.level, light, own, 2 * voxels >= math.prod(factors))
             draft.write(kept_name(texture.level), "work", kept.model_dump_json().encode())
-        dimension: Dimension = "3d" if texture.mosaic is None else "2d"
         for part, (name, path) in enumerate(zip(texture.names, texture.files, strict=True)):
             draft.write(path, "texture", _file(segments, texture, own, part))
             textures.append(
@@ -63,7 +61,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
                     part=part,
                     shape_zyx=texture.shape_zyx,
                     format=segments.format,
-                    dimension=dimension,
+                    dimension=dimension_of(texture.mosaic),
                     level=texture.level,
                     channels=(channel.channel,),
                     mosaic=texture.mosaic,

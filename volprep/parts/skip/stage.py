@@ -28,7 +28,7 @@ from volprep_formats.package.parts.segments.record import looks
 from volprep_formats.package.parts.segments.texels import held_labels, visible_labels
 from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping, SkipTable
 from volprep_formats.package.storage.draft import Draft
-from volprep_formats.package.texture import Texture
+from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -221,7 +221,7 @@ def _write(
         file=wanted.file,
         shape_zyx=wanted.shape_zyx,
         format=wanted.format,
-        dimension="2d" if wanted.mosaic else "3d",
+        dimension=dimension_of(wanted.mosaic),
         level=wanted.level,
         channels=(plan.channel,) if transfer is None else (),
         mosaic=wanted.mosaic,

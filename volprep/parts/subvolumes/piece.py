@@ -15,23 +15,21 @@ from numpy.typing import NDArray
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.mosaic.packing import Packing, fit_mosaic, most_slices, pack_mosaic, room_of
 from volprep.parts.subvolumes.cuts import cuts_along
-from volprep.plan.room import FOUR_CHANNELS, Misfit, first_of, one_channel
+from volprep.plan.room import FOUR_CHANNELS, Misfit, if_held, one_channel
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.subvolumes.record import spans_of
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import WITH_TABLES, ClassificationName
 from volprep_formats.package.texture import MosaicLayout, MosaicOrder, SampleFilter
 from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 HELD = 8
 """Pieces that a device draws at a time: those around a point."""
-LABELLED: dict[int, tuple[TextureFormat, ...]] = {1: ("rg8unorm",), 2: ("rgb8unorm",)}
-"""Formats of a value of 8 bits and a label, by the bytes of the label."""
+LABELLED: dict[int, TextureFormat] = {1: "rg8unorm", 2: "rgb8unorm"}
+"""Format of a value of 8 bits and a label, by the bytes of the label."""
 _FETCHES = {"overlapping": 1.0, "interleaved": 1.25, "planar": 2.0}
-_WITH_TABLES = frozenset(("lookup", "preintegrated"))
-"""Classifications with a texture for their table."""
 
 
 @dataclass(frozen=True)
@@ -94,14 +92,14 @@ def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels)
     assert wanted != "auto"  # noqa: S101 - rays have chosen before
     looks = voxels.segments is not None
     styles = 1 if voxels.segments is None else len(voxels.segments.transfers)
-    units = HELD + looks + styles * (wanted in _WITH_TABLES)
+    units = HELD + looks + styles * (wanted in WITH_TABLES)
     if units <= profile.texture_units:
         return wanted
     others = COMPOSITINGS[scene.render.compositing].classifications
     can_change = wanted == "lookup" and not scene.editable and "control-points" in others
     if can_change and profile.texture_units >= HELD + looks:
         return "control-points"
-    table = " and their table" if wanted in _WITH_TABLES else ""
+    table = " and their table" if wanted in WITH_TABLES else ""
     looked = " with looks" if looks else ""
     taken = f"{HELD} pieces{looked}{table} take {units} texture units of {profile.texture_units}"
     return Misfit(f"{taken}: choose a profile that has more")
@@ -143,7 +141,7 @@ def _one_slice(voxels: PieceVoxels, profile: DeviceProfile) -> TextureFormat | M
         return texel or Misfit(f"profile {profile.name} has no texture format of {voxels.bits} bits")
     if voxels.bits != 8:
         return Misfit(f"a texel holds a label beside 8 bits, and values have {voxels.bits}: set quantize.bits = 8")
-    texel = first_of(LABELLED[voxels.label_bytes], profile)
+    texel = if_held(LABELLED[voxels.label_bytes], profile)
     return texel or Misfit(f"profile {profile.name} has no texture format of {1 + voxels.label_bytes} bytes")
 
 
@@ -157,7 +155,7 @@ def _orders(scene: Scene, voxels: PieceVoxels) -> tuple[MosaicOrder | None, ...]
 def _mosaic(
     shape_zyx: tuple[int, int, int], order: MosaicOrder | None, voxels: PieceVoxels, profile: DeviceProfile
 ) -> Form | Misfit:
-    texel = _one_slice(voxels, profile) if order is None else first_of(FOUR_CHANNELS[voxels.bits], profile)
+    texel = _one_slice(voxels, profile) if order is None else if_held(FOUR_CHANNELS[voxels.bits], profile)
     if texel is None:
         return Misfit(f"profile {profile.name} has no texture format of {voxels.bits} bits for a mosaic")
     if isinstance(texel, Misfit):

@@ -33,6 +33,7 @@ from volprep_formats.package.parts.subvolumes.record import (
     encode_grid,
 )
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.texture import dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
@@ -60,7 +61,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
         cuts_zyx=(z, y, x),
         ghost=wanted.ghost or None,
         texture_format=wanted.format,
-        dimension="3d" if wanted.mosaic is None else "2d",
+        dimension=dimension_of(wanted.mosaic),
         mosaic=wanted.mosaic,
         filter=plan.quantize.filter,
         whole=wanted.whole,

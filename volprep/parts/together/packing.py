@@ -19,13 +19,13 @@ from volprep.parts.mosaic.packing import Packing
 from volprep.parts.texture.mipmaps import in_one_texture
 from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
-from volprep.plan.room import Beside, Misfit, first_of, texture_bytes, too_large
+from volprep.plan.room import Beside, Misfit, if_held, texture_bytes, too_large
 from volprep.scene.scene import Compression, Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.textures.block_formats import BLOCKS
 from volprep_formats.textures.texel_formats import SRGB, TextureFormat, size_bytes
 
-_FORMATS: dict[int, tuple[TextureFormat, ...]] = {2: ("rg8unorm",), 3: ("rgb8unorm",), 4: ("rgba8unorm",)}
+_FORMATS: dict[int, TextureFormat] = {2: "rg8unorm", 3: "rgb8unorm", 4: "rgba8unorm"}
 _MOST = 4
 """Components of a texel."""
 
@@ -101,7 +101,7 @@ def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
         yield f"no profile has texels of {len(group)} components of {bits} bits"
     if any(plan.quantize.labels for plan in group):
         yield "labels are not filtered as values are"
-    if first_of(_FORMATS[len(group)], profile) is None:
+    if _FORMATS[len(group)] not in profile.texture_formats:
         yield f"profile {profile.name} has no texture format of {len(group)} components"
 
 
@@ -109,7 +109,7 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
     """Lay out a level of several channels, or say why it does not fit."""
     profile, name = group[0].profile, f"packed-{level.index}"
     wide = group[0].quantize.bits > 8
-    texel: TextureFormat | None = SRGB if wide else first_of(_FORMATS[len(names)], profile)
+    texel: TextureFormat | None = SRGB if wide else if_held(_FORMATS[len(names)], profile)
     block = BLOCKS[COLOUR_FORM].size if group[0].volumes[0].format == COLOUR_FORM else 1
     if block > 1:
         texel = COLOUR_FORM
