@@ -13,8 +13,8 @@ from volprep_cli.outputs import Force, require_new
 File = Annotated[
     Path,
     typer.Argument(
-        help="File to write: .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr. A name without an ending becomes a DICOM "
-        "series.",
+        help="File to write. Values: .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr; a name without an ending becomes a "
+        "DICOM series. Segments: .seg.nrrd, .nii or .nii.gz with --labels, .dcm with --series.",
         metavar="FILE",
     ),
 ]
@@ -36,6 +36,13 @@ Values = Annotated[
     Literal["physical", "stored"],
     typer.Option(help="physical: values as in the scan, by a slope if the format has one. stored: the codes."),
 ]
+Labels = Annotated[
+    bool, typer.Option("--labels", help="Write segments as labels with their names and colours, in place of values.")
+]
+Series = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the DICOM series that segments in a .dcm file belong to.", metavar="FOLDER"),
+]
 
 
 def export(
@@ -45,13 +52,21 @@ def export(
     channel: Channel = None,
     values: Values = "physical",
     *,
+    series: Series = None,
+    labels: Labels = False,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series, or all levels as OME-Zarr.
 
-    Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape.
+    Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape. Volumes in colour
+    become sRGB: bytes of three channels in OME-Zarr, RGB24 in NIfTI.
     """
+    if labels or series is not None or file.name.lower().endswith((".seg.nrrd", ".dcm")):
+        from volprep_cli.export_labels import export_labels
+
+        export_labels(package, file, level, channel, series, force=force, as_json=as_json)
+        return
     from volprep_formats.output import output_errors, require_place, taken
     from volprep_formats.readers.volpkg import open_level
     from volprep_formats.writers.values import StoredValues
@@ -67,6 +82,8 @@ def export(
             require_new(target, force=force)
             if kind != "dicom":
                 require_place(target)
+    if kind == "nifti" and channel is None and values == "physical" and _export_colours(package, file, level, as_json):
+        return
     with open_level(package, level, channel) as source, progress() as watcher:
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
@@ -77,11 +94,36 @@ def export(
         print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
 
 
+def _export_colours(package: Path, file: Path, level: int | None, as_json: bool) -> bool:
+    """Write a volume in colour as NIfTI; False if the package is not in colour."""
+    from volprep_formats.package.reader import Package
+    from volprep_formats.readers.volpkg import open_levels
+    from volprep_formats.writers.colours import StraightColours, in_colour
+    from volprep_formats.writers.nifti import write_colours
+
+    if not in_colour(Package.open(package, allow_draft=True).manifest):
+        return False
+    levels = open_levels(package, level).levels
+    with progress() as watcher:
+        _, channels = next(levels)
+        colours = StraightColours(channels)
+        write_colours(colours, file, watcher)
+    levels.close()
+    shape_zyx = colours.info.grid.shape_zyx
+    if as_json:
+        print_json({"file": str(file), "format": "nifti", "shape_zyx": list(shape_zyx), "values": "sRGB"})
+    else:
+        print_line(f"{file}: {voxels_text(shape_zyx)} voxels, sRGB colours, nifti")
+    return True
+
+
 def _export_levels(
     package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool, as_json: bool
 ) -> None:
     """Write the levels of all channels, or of one, and the labels as OME-Zarr."""
+    from volprep_formats.package.reader import Package
     from volprep_formats.readers.volpkg import open_levels
+    from volprep_formats.writers.colours import in_colour, straight_levels
     from volprep_formats.writers.ngff import ChannelLook, is_rotated
     from volprep_formats.writers.ome_zarr import check_target, write
     from volprep_formats.writers.package_labels import label_images
@@ -89,10 +131,14 @@ def _export_levels(
     check_target(file, replaces=force)
     opened = open_levels(package, level, channel)
     looks = [ChannelLook.of(manifest) for manifest in opened.manifests]
+    levels = opened.levels
+    if channel is None and values == "physical" and in_colour(Package.open(package, allow_draft=True).manifest):
+        looks = [ChannelLook.of_colour(manifest, index) for index, manifest in enumerate(opened.manifests)]
+        levels = straight_levels(levels)
     labels = label_images(package, level, [look.channel for look in looks])
     with progress() as watcher:
         stored = values == "stored"
-        grids = write(opened.levels, looks, file, watcher, labels=labels, stored=stored, replaces=force)
+        grids = write(levels, looks, file, watcher, labels=labels, stored=stored, replaces=force)
     if is_rotated(grids[0]):
         print_note(
             f"{file}: OME-NGFF 0.5 has no directions; positions are along the axes of the volume, and the direction "

@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlsplit
 
 from volprep_formats.diagnostics import VolprepError
 
-Extra = Literal["validate", "batch", "zarr", "convex"]
+Extra = Literal["validate", "batch", "zarr", "convex", "seg", "surface"]
 """An extra that commands ask for before they start."""
 
 
@@ -29,6 +29,8 @@ EXTRAS: dict[Extra, ExtraUse] = {
     ),
     "batch": ExtraUse("volprep batch", ("dask", "distributed", "fsspec", "psutil", "jinja2")),
     "zarr": ExtraUse("OME-Zarr", ("zarr",)),
+    "seg": ExtraUse("DICOM segmentations", ("highdicom",)),
+    "surface": ExtraUse("surfaces", ("skimage", "fast_simplification", "pxr")),
     "convex": ExtraUse('form = "convex" of a proxy', ("scipy",)),
 }
 

@@ -195,7 +195,7 @@ class Deep:
 
 
 def test_memory_does_not_grow_with_slices_and_a_failure_leaves_nothing(tmp_path) -> None:
-    look = ChannelLook(channel="scan", level_filter="none", range=(0.0, 255.0), function=None)
+    look = ChannelLook(channel="scan", level_filter="none", range=(0.0, 255.0), window=None)
     tracemalloc.start()
     ome_zarr.write([(0, [Deep()])], [look], tmp_path / "a.ome.zarr", Silent())
     peak = tracemalloc.get_traced_memory()[1]
@@ -299,14 +299,14 @@ def test_the_library_ome_zarr_finds_the_labels(segmented) -> None:
 
 def test_a_label_map_is_written_as_labels_too(tmp_path) -> None:
     codes = np.random.default_rng(3).integers(0, 3, (6, 7, 8)).astype(np.uint8)
-    colours = function((0.0, (0.0, 0.0, 0.0), 0.0), (1.0, (1.0, 0.0, 0.0), 0.5), (2.0, (0.0, 1.0, 0.0), 0.5))
+    colours = function((0.0, (0.0, 0.0, 0.0), 0.0), (1.0, (1.0, 0.0, 0.0), 0.5), (2.0, (0.0, 0.18, 0.0044), 0.5))
     tiny_package(tmp_path / "a.volpkg", codes, colours, ES3, labels=True)
     done = volprep("export", tmp_path / "a.volpkg", tmp_path / "a.ome.zarr")
     assert done.returncode == 0, done.stderr
     group = zarr.open_group(tmp_path / "a.ome.zarr" / "labels" / "scan", mode="r")
     np.testing.assert_array_equal(group["0"][...], codes)
     colors = group.attrs["ome"]["image-label"]["colors"]
-    assert colors == [{"label-value": 1, "rgba": [255, 0, 0, 255]}, {"label-value": 2, "rgba": [0, 255, 0, 255]}]
+    assert colors == [{"label-value": 1, "rgba": [255, 0, 0, 255]}, {"label-value": 2, "rgba": [0, 118, 14, 255]}]
 
 
 def test_the_models_of_the_format_accept_channels_and_labels(tissues, segmented) -> None:

@@ -1,7 +1,7 @@
 """A level of a package as a volume: decoded from its texture, or the working data of a draft at full precision."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,7 +103,7 @@ class OpenLevels:
 
     manifests: tuple[Manifest, ...]
     """The manifest as it is for each channel."""
-    levels: Iterator[tuple[int, tuple[VolumeSource, ...]]]
+    levels: Generator[tuple[int, tuple[VolumeSource, ...]], None, None]
     """Number of each level, and the volume of each channel. One level is open at a time."""
     left_out: tuple[int, ...]
     """Levels that not all channels have."""
@@ -119,7 +119,7 @@ def _level_grids(package: Package, work: FileRecord | None) -> dict[int, tuple[i
 
 def _one_by_one(
     path: Path, numbers: list[int | None], channels: Sequence[str | int]
-) -> Iterator[tuple[int, tuple[VolumeSource, ...]]]:
+) -> Generator[tuple[int, tuple[VolumeSource, ...]], None, None]:
     for number in numbers:
         with ExitStack() as opened:
             yield number or 0, tuple(opened.enter_context(open_level(path, number, name)) for name in channels)

@@ -126,7 +126,7 @@ def _write_slices(
         slab = _encode(source.read_slab(z0, min(z0 + _SLAB_SLICES, depth)), info, coding)
         for z, pixels in enumerate(slab, start=z0):
             template.InstanceNumber = z + 1
-            template.SOPInstanceUID = _uid(template.SeriesInstanceUID, f"slice {z}")
+            template.SOPInstanceUID = derived_uid(template.SeriesInstanceUID, f"slice {z}")
             template.file_meta.MediaStorageSOPInstanceUID = template.SOPInstanceUID
             template.ImagePositionPatient = _decimals(world_from_index[:3, :] @ [0.0, 0.0, z, 1.0])
             template.PixelData = pixels.tobytes()
@@ -147,9 +147,9 @@ def _template(info: SourceInfo, coding: _Coding, digest: str, description: str) 
     data.SOPClassUID = _SOP_CLASSES.get(info.modality, SecondaryCaptureImageStorage)
     data.SeriesDescription = description
     data.SeriesNumber = 1
-    data.SeriesInstanceUID = _uid(digest, "series")
-    data.StudyInstanceUID = _uid(digest, "study")
-    data.FrameOfReferenceUID = _uid(digest, "frame of reference")
+    data.SeriesInstanceUID = derived_uid(digest, "series")
+    data.StudyInstanceUID = derived_uid(digest, "study")
+    data.FrameOfReferenceUID = derived_uid(digest, "frame of reference")
     _set_module_of_class(data)
     _set_plane(data, info)
     _set_pixels(data, info, coding)
@@ -197,7 +197,7 @@ def _set_pixels(data: Dataset, info: SourceInfo, coding: _Coding) -> None:
         data.RescaleType = "HU" if info.unit == "HU" else "US"
 
 
-def _uid(*parts: str) -> UID:
+def derived_uid(*parts: str) -> UID:
     """UID made from `parts`: a UUID of version 8 (made by a hash of one's own choice) below 2.25."""
     number = int.from_bytes(hashlib.sha256("\0".join(parts).encode()).digest()[:16], "big")
     number = number & ~(0xF << 76) & ~(0x3 << 62) | 0x8 << 76 | 0x2 << 62

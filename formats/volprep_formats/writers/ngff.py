@@ -12,13 +12,18 @@ from typing import Any
 import numpy as np
 
 from volprep_formats.grid import Grid
+from volprep_formats.package.channel import Channel
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 from volprep_formats.srgb import srgb_of_linear
+from volprep_formats.writers.label_image import WrittenLabel
 
 _OWN = "volprep"
 """Key of the attributes that NGFF does not define. A store with this key was written by this module."""
+_BYTES = (0.0, 255.0)
+_OPACITY = 3
+"""Place of the opacity among the channels of a volume in colour."""
 
 
 @dataclass(frozen=True)
@@ -31,21 +36,37 @@ class ChannelLook:
     """Filter of the coarse levels, as in the manifest; none if there are no coarse levels."""
     range: tuple[float, float] | None
     """Physical values between which all voxels lie, or None."""
-    function: TransferFunction | None
-    """Default transfer function, or None in a draft that has none."""
+    window: tuple[float, float] | None
+    """Physical values that are shown as black and as the full colour; None in a draft without a transfer function."""
+    rgb: tuple[int, int, int] = (255, 255, 255)
+    """The full colour as sRGB bytes."""
+    active: bool = True
+    """Whether the channel is shown at first."""
 
     @classmethod
     def of(cls, manifest: Manifest) -> "ChannelLook":
         """Return the look of a manifest of one channel."""
         channel = manifest.channels[0]
         codes, values = channel.quantization, channel.statistics
-        filters = {level.filter for level in channel.levels} - {"none"}
-        return cls(
-            channel=channel.name,
-            level_filter=", ".join(sorted(filters)) or "none",
-            range=(values.minimum, values.maximum) if codes is None else codes.window,
-            function=channel.transfer_functions[0] if channel.transfer_functions else None,
-        )
+        least, most = (values.minimum, values.maximum) if codes is None else codes.window
+        function = next(iter(channel.transfer_functions), None)
+        if function is None:
+            return cls(channel.name, _filters(channel), (least, most), None)
+        start, end = _visible_range(function)
+        window = (start, end) if start < end else (least, most)
+        return cls(channel.name, _filters(channel), (least, most), window, function_colour(function, brightest=True))
+
+    @classmethod
+    def of_colour(cls, manifest: Manifest, index: int) -> "ChannelLook":
+        """Return the look of a channel of a volume in colour: sRGB bytes, or opacity, which is not shown."""
+        channel = manifest.channels[0]
+        rgb = (255 * (index in {0, 3}), 255 * (index in {1, 3}), 255 * (index in {2, 3}))
+        return cls(channel.name, _filters(channel), _BYTES, _BYTES, rgb, active=index != _OPACITY)
+
+
+def _filters(channel: Channel) -> str:
+    filters = {level.filter for level in channel.levels} - {"none"}
+    return ", ".join(sorted(filters)) or "none"
 
 
 @dataclass(frozen=True)
@@ -65,24 +86,12 @@ class WrittenLevel:
         return self.channels[0].grid
 
 
-@dataclass(frozen=True)
-class WrittenLabel:
-    """A value of a label image."""
-
-    value: int
-    """The value."""
-    name: str
-    """Name for people, or an empty string."""
-    rgba: tuple[int, int, int, int]
-    """Colour as sRGB bytes, and opacity."""
-
-
 def image_attributes(levels: Sequence[WrittenLevel], looks: Sequence[ChannelLook]) -> dict[str, Any]:
     """Return the attributes of the group that holds `levels`, finest first, of channels that look like `looks`."""
     name = ", ".join(look.channel for look in looks)
     kinds = ", ".join(sorted({look.level_filter for look in looks}))
     ome: dict[str, Any] = {"version": "0.5", "multiscales": [_multiscale(levels, name, kinds)]}
-    if all(look.function is not None for look in looks):
+    if all(look.window is not None for look in looks):
         ome["omero"] = _omero(levels[0], looks, name)
     direction = [list(row) for row in levels[0].grid.direction]
     units = ["" if levels[0].stored else each.unit for each in levels[0].channels]
@@ -148,18 +157,16 @@ def _omero(finest: WrittenLevel, looks: Sequence[ChannelLook], name: str) -> dic
 
 
 def _omero_channel(look: ChannelLook, info: SourceInfo, *, stored: bool) -> dict[str, Any]:
-    if look.function is None:
+    if look.window is None:
         raise ValueError(look.channel)
-    start, end = _visible_range(look.function)
-    least, most = look.range or (start, end)
-    if not start < end:
-        start, end = least, most
+    start, end = look.window
+    least, most = look.range or look.window
     if stored:
         start, end, least, most = ((value - info.intercept) / info.slope for value in (start, end, least, most))
     return {
         "label": look.channel,
-        "active": True,
-        "color": "".join(f"{part:02X}" for part in function_colour(look.function)),
+        "active": look.active,
+        "color": "".join(f"{part:02X}" for part in look.rgb),
         "coefficient": 1.0,
         "family": "linear",
         "inverted": False,
@@ -174,12 +181,18 @@ def _visible_range(function: TransferFunction) -> tuple[float, float]:
     return points[max(visible[0] - 1, 0)].value, points[min(visible[-1] + 1, len(points) - 1)].value
 
 
-def function_colour(function: TransferFunction, tint: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[int, int, int]:
-    """Return the mean colour of the points, weighted by extinction, tinted and scaled to full brightness, as sRGB."""
+def function_colour(
+    function: TransferFunction, tint: Sequence[float] = (1.0, 1.0, 1.0), *, brightest: bool = False
+) -> tuple[int, int, int]:
+    """Return the mean colour of the points, weighted by extinction and tinted, as sRGB bytes.
+
+    `brightest` scales it to full brightness, for a viewer that multiplies it by the value of a voxel.
+    """
     colours = np.array([point.colour for point in function.points])
     weights = np.array([point.extinction_per_mm for point in function.points])
-    mean = (weights if weights.any() else np.ones_like(weights)) @ colours * np.array(tint)
-    brightest = mean.max()
-    encoded = srgb_of_linear(mean / brightest) if brightest > 0.0 else np.ones(3)
-    red, green, blue = (round(255 * float(part)) for part in encoded)
+    chosen = weights if weights.any() else np.ones_like(weights)
+    mean = chosen @ colours / chosen.sum() * np.array(tint)
+    if brightest:
+        mean = mean / mean.max() if mean.max() > 0.0 else np.ones(3)
+    red, green, blue = (round(255 * float(part)) for part in srgb_of_linear(mean))
     return red, green, blue

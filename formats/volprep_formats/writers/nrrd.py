@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from volprep_formats.grid import Grid
 from volprep_formats.output import new_file
 from volprep_formats.progress import Progress
 from volprep_formats.source import SourceInfo, VolumeSource
@@ -27,7 +28,6 @@ def write(source: VolumeSource, path: Path, progress: Progress) -> None:
 
 
 def _header(info: SourceInfo) -> bytes:
-    matrix = info.grid.world_from_index
     nz, ny, nx = info.grid.shape_zyx
     lines = [
         "NRRD0004",
@@ -35,13 +35,19 @@ def _header(info: SourceInfo) -> bytes:
         "dimension: 3",
         "space: left-posterior-superior",
         f"sizes: {nx} {ny} {nz}",
-        f"space directions: {' '.join(_vector(matrix[:3, axis]) for axis in range(3))}",
+        *space_lines(info.grid),
         "kinds: domain domain domain",
         "endian: little",
         "encoding: gzip",
-        f"space origin: {_vector(matrix[:3, 3])}",
     ]
     return ("\n".join(lines) + "\n\n").encode("ascii")
+
+
+def space_lines(grid: Grid, before: str = "") -> list[str]:
+    """Return the fields that place the voxels; `before` stands for axes before x."""
+    matrix = grid.world_from_index
+    directions = " ".join(_vector(matrix[:3, axis]) for axis in range(3))
+    return [f"space directions: {before}{directions}", f"space origin: {_vector(matrix[:3, 3])}"]
 
 
 def _vector(numbers: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:

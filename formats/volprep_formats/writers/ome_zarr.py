@@ -6,7 +6,6 @@ core specification 3.1 with the codec sharding_indexed.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,9 @@ from volprep_formats.output import new_folder, taken
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
 from volprep_formats.untrusted_json import parse_json
+from volprep_formats.writers.label_image import LabelImage
 from volprep_formats.writers.ngff import (
     ChannelLook,
-    WrittenLabel,
     WrittenLevel,
     image_attributes,
     is_export,
@@ -38,18 +37,6 @@ _ZSTD_LEVEL = 5
 
 Level = tuple[int, Sequence[VolumeSource]]
 """Number of a level, and the volume of each channel, all on one grid."""
-
-
-@dataclass(frozen=True)
-class LabelImage:
-    """Labels on the grids of an image."""
-
-    name: str
-    """Name of the group in `labels`."""
-    levels: Iterable[tuple[int, VolumeSource]]
-    """Number and values of each level, finest first."""
-    entries: Sequence[WrittenLabel]
-    """Names and colours of the values."""
 
 
 def write(

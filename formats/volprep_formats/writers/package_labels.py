@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Manifest
@@ -18,8 +19,8 @@ from volprep_formats.package.storage.files import source_name
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.readers.volpkg import open_levels
 from volprep_formats.source import SourceInfo, StoredType, VolumeSource
-from volprep_formats.writers.ngff import WrittenLabel, function_colour
-from volprep_formats.writers.ome_zarr import LabelImage
+from volprep_formats.writers.label_image import LabelImage, WrittenLabel, WrittenSegment
+from volprep_formats.writers.ngff import function_colour
 
 _MOST_OPAQUE = 255
 _LARGEST = 2**16 - 1
@@ -46,6 +47,24 @@ def label_images(path: Path, level: int | None, channels: Collection[str]) -> li
     if manifest.segments is not None:
         images.append(_segments(package, manifest.segments, level))
     return images
+
+
+def labels_of_level(path: Path, level: int | None, channel: str | None) -> tuple[LabelImage, VolumeSource]:
+    """Return the segments of a package, or a label map, and its values at a level, the finest if None.
+
+    Raises VP1330 if there are none, VP1250 for a level without labels, and what `label_images` raises.
+    """
+    package = Package.open(path, allow_draft=True)
+    names = [each.name for each in package.manifest.channels]
+    found = [image for image in label_images(path, level, names) if channel in {None, image.name}]
+    if not found:
+        raise VolprepError("VP1330", path=path)
+    for _, source in found[-1].levels:
+        return found[-1], source
+    held = sorted(
+        {each.level for each in package.manifest.textures if each.role == "labels" and each.level is not None}
+    )
+    raise VolprepError("VP1250", path=path, level=level, found=", ".join(map(str, held)) or "none")
 
 
 class _Labels:
@@ -100,18 +119,21 @@ def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> 
 
     functions = manifest.channels[0].transfer_functions
     entries = [] if not functions else list(_entries_of(functions[0], told, values))
-    return LabelImage(name, levels(), entries)
+    segments = [WrittenSegment(entry.name, entry.rgba[:3]) for entry in entries]
+    return LabelImage(name, levels(), entries, segments)
 
 
 def _entries_of(
     function: TransferFunction, numbers: Sequence[int], values: NDArray[np.int64]
 ) -> Iterator[WrittenLabel]:
     """Yield number and colour of each code that the transfer function makes visible."""
+    seen = count()
     for code, number in enumerate(numbers):
         points = [point for point in function.points if point.value == code and point.extinction_per_mm > 0]
         if points:
             shown = function.model_copy(update={"points": tuple(points)})
-            yield WrittenLabel(int(values[code]), str(number), (*function_colour(shown), _MOST_OPAQUE))
+            rgba = (*function_colour(shown), _MOST_OPAQUE)
+            yield WrittenLabel(int(values[code]), str(number), rgba, (next(seen),))
 
 
 def _segments(package: Package, segments: Segments, level: int | None) -> LabelImage:
@@ -126,14 +148,18 @@ def _segments(package: Package, segments: Segments, level: int | None) -> LabelI
             codes = held_labels(manifest.textures, each.index, package.read_bytes)
             yield each.index, _Labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
 
-    by_name = {segment.name: segment for segment in segments.segments}
+    places = {segment.name: place for place, segment in enumerate(segments.segments)}
     functions = {each.name: each for each in manifest.transfer_functions}
     entries = [
-        _entry(value, [by_name[name] for name in label.segments], functions[label.transfer])
+        _entry(value, tuple(places[name] for name in label.segments), segments.segments, functions[label.transfer])
         for value, label in zip(values, segments.labels, strict=True)
         if label.segments
     ]
-    return LabelImage(segments.name, levels(), entries)
+    written = [
+        WrittenSegment(_title(each), function_colour(functions[each.transfer], each.tint), each.code)
+        for each in segments.segments
+    ]
+    return LabelImage(segments.name, levels(), entries, written)
 
 
 def _values_of(segments: Segments) -> list[int]:
@@ -150,10 +176,17 @@ def _values_of(segments: Segments) -> list[int]:
     ]
 
 
-def _entry(value: int, segments: Sequence[Segment], function: TransferFunction) -> WrittenLabel:
+def _title(segment: Segment) -> str:
+    return segment.title or segment.name
+
+
+def _entry(
+    value: int, members: tuple[int, ...], segments: Sequence[Segment], function: TransferFunction
+) -> WrittenLabel:
     """Return the name and look of a label: the mean tint and the largest opacity of its visible segments."""
-    shown = [each for each in segments if each.visible]
-    tint = np.mean([each.tint for each in shown or segments], axis=0).tolist()
+    own = [segments[member] for member in members]
+    shown = [each for each in own if each.visible]
+    tint = np.mean([each.tint for each in shown or own], axis=0).tolist()
     opacity = max((each.opacity for each in shown), default=0.0)
-    name = " + ".join(each.title or each.name for each in segments)
-    return WrittenLabel(value, name, (*function_colour(function, tint), round(_MOST_OPAQUE * opacity)))
+    rgba = (*function_colour(function, tint), round(_MOST_OPAQUE * opacity))
+    return WrittenLabel(value, " + ".join(_title(each) for each in own), rgba, members)
