@@ -1,5 +1,6 @@
 """volprep export: write a level of a package in a format that other programs read."""
 
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,6 +10,7 @@ import typer
 from volprep_cli.console import Json, print_json, print_line, print_note, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force, require_new
+from volprep_formats.source import VolumeSource
 
 File = Annotated[
     Path,
@@ -131,7 +133,7 @@ def _export_levels(
     check_target(file, replaces=force)
     opened = open_levels(package, level, channel)
     looks = [ChannelLook.of(manifest) for manifest in opened.manifests]
-    levels = opened.levels
+    levels: Iterable[tuple[int, tuple[VolumeSource, ...]]] = opened.levels
     if channel is None and values == "physical" and in_colour(Package.open(package, allow_draft=True).manifest):
         looks = [ChannelLook.of_colour(manifest, index) for index, manifest in enumerate(opened.manifests)]
         levels = straight_levels(levels)

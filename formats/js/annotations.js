@@ -66,8 +66,11 @@ export class Annotations {
       "position: absolute; inset: 0; width: 100%; height: 100%; pointer-events: none; font: 600 13px system-ui, sans-serif";
   }
 
-  /** Follows a new picture. @param {number} [top] pixels at the upper edge that something else covers */
-  place(top = 0) {
+  /**
+   * Follows a new picture.
+   * @param {number} [top] pixels at the upper edge that something else covers @param {number} [bottom] at the lower one
+   */
+  place(top = 0, bottom = 0) {
     const { clientWidth: width, clientHeight: height } = this.#canvas;
     if (!width || !height) return;
     const { camera } = this.#stage.orbit;
@@ -76,13 +79,15 @@ export class Annotations {
     const mm = (camera.height * Math.max(1, height / width)) / height;
     const length = roundLength(SHARE * width * mm);
     const pixels = length / mm;
-    const [x, y] = [width - 14 - pixels, height - 14];
+    const lowest = height - bottom;
+    const middle = (top + lowest) / 2;
+    const [x, y] = [width - 14 - pixels, lowest - 14];
     const text = lengthText(length);
     this.marks.replaceChildren(
-      written(right, width - 8, height / 2, "end"),
-      written(left, 8, height / 2, "start"),
+      written(right, width - 8, middle, "end"),
+      written(left, 8, middle, "start"),
       written(above, width / 2, top + 20, "middle"),
-      written(below, width / 2, height - 10, "middle"),
+      written(below, width / 2, lowest - 10, "middle"),
       path(`M${x} ${y - 5}v10m0 -5h${pixels}m0 -5v10`),
       written(text, x + pixels / 2, y - 9, "middle"),
     );

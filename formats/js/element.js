@@ -258,7 +258,9 @@ export class VolumeViewer extends HTMLElement {
 
   /** @param {string} text */
   #say(text) {
-    if (this.#status.textContent !== text) this.#status.textContent = text;
+    if (this.#status.textContent === text) return;
+    this.#status.textContent = text;
+    this.#tools?.placed();
   }
 
   /** @param {string} type @param {unknown} [detail] */

@@ -20,7 +20,8 @@ canvas:focus-visible { outline: 3px solid #6cf; outline-offset: -3px; }
 [role=toolbar] > * { min-height: 32px; padding: 0 10px; border: 1px solid #888; border-radius: 6px;
   background: #222; color: #fff; font: inherit; }
 [role=toolbar] > :focus-visible { outline: 3px solid #6cf; }
-[part=fidelity] { bottom: auto; top: 48px; right: auto; padding: 2px 8px; font-size: 12px; pointer-events: none; }`;
+[part=status], [part=fidelity] { box-sizing: border-box; max-height: 40%; overflow: auto; overflow-wrap: anywhere; }
+[part=fidelity] { bottom: auto; right: auto; max-width: 100%; padding: 2px 8px; font-size: 12px; pointer-events: none; }`;
 
 /** The tools of one element. */
 export class Tools {
@@ -33,6 +34,7 @@ export class Tools {
   /** Text of the picture's fidelity. @type {HTMLElement | null} */
   #fidelity = null;
   #then;
+  #status;
   #end = new AbortController();
 
   /**
@@ -43,6 +45,7 @@ export class Tools {
     const [controls, measuring] = [wants("controls"), wants("measuring")];
     this.#stage = stage;
     this.#then = then;
+    this.#status = /** @type {HTMLElement} */ (root.querySelector("[part=status]"));
     this.#end.signal.addEventListener("abort", addStyle(root, STYLE));
     const bar = this.#bar;
     if (controls || measuring) this.#parts.push(bar);
@@ -73,11 +76,19 @@ export class Tools {
   /** Follows a new picture. */
   drawn() {
     this.#ruler?.place();
-    this.#annotations?.place(this.#bar.offsetHeight);
-    if (!this.#fidelity) return;
-    const record = fidelityOf(this.#stage.renderer, this.#then.measured());
-    const text = record ? words(record) : "";
-    if (this.#fidelity.textContent !== text) this.#fidelity.textContent = text;
+    if (this.#fidelity) {
+      const record = fidelityOf(this.#stage.renderer, this.#then.measured());
+      const text = record ? words(record) : "";
+      if (this.#fidelity.textContent !== text) this.#fidelity.textContent = text;
+      this.#fidelity.style.top = `${this.#bar.offsetHeight}px`;
+    }
+    this.placed();
+  }
+
+  /** Puts letters and bar where no text is. */
+  placed() {
+    const above = this.#bar.offsetHeight + (this.#fidelity?.offsetHeight ?? 0);
+    this.#annotations?.place(above, this.#status.offsetHeight);
   }
 
   remove() {

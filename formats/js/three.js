@@ -26,6 +26,10 @@ const REST_MS = 160;
 /** Pictures that a volume keeps: of two eyes and some more cameras. */
 const MOST_VIEWS = 8;
 const OPACITY = 0.5;
+/** Volumes side by side may share rounding. */
+const LEAST_OVERLAP_MM = 1e-3;
+/** Volumes of each renderer: those that overlap say so. @type {WeakMap<THREE.WebGLRenderer, Set<Volume>>} */
+const VOLUMES = new WeakMap();
 
 /**
  * Draws a package in a scene, correctly occluded by opaque objects. Its space has the patient's axes (x to the left, y
@@ -84,6 +88,7 @@ export class Volume extends THREE.Mesh {
     /** @param {THREE.WebGLRenderer} by @param {THREE.Object3D} scene @param {THREE.Camera} camera */
     this.onBeforeRender = (by, scene, camera) => this.#before(by, scene, camera);
     three.domElement.addEventListener("webglcontextlost", this.#lost);
+    VOLUMES.set(three, (VOLUMES.get(three) ?? new Set()).add(this));
   }
 
   get #material() {
@@ -106,8 +111,13 @@ export class Volume extends THREE.Mesh {
       },
     );
     this.#shared.renderer = renderer;
-    this.#shared.picker = new Picker(renderer);
-    renderer.onchange = () => this.#changed();
+    const picker = (this.#shared.picker = new Picker(renderer));
+    renderer.onchange = () => {
+      this.#changed();
+      // Another program has another way to read values.
+      picker.prepare().catch(() => {});
+    };
+    await picker.prepare();
     return this;
   }
 
@@ -134,6 +144,7 @@ export class Volume extends THREE.Mesh {
   dispose() {
     const { renderer } = this.#shared;
     clearTimeout(this.#rest);
+    VOLUMES.get(this.#three)?.delete(this);
     this.#three.domElement.removeEventListener("webglcontextlost", this.#lost);
     for (const view of this.#views.values()) renderer?.forget(view);
     this.#views.clear();
@@ -162,8 +173,6 @@ export class Volume extends THREE.Mesh {
     const centre = new THREE.Vector3().setFromMatrixPosition(this.matrixWorld);
     const reach = ray.origin.distanceTo(centre) + this.radius * this.matrixWorld.getMaxScaleOnAxis();
     const at = (/** @type {number} */ t) => ray.at(t, new THREE.Vector3()).applyMatrix4(boxFromWorld).toArray();
-    // The next ray can read values.
-    picker.prepare();
     const opacity = /** @type {any} */ (raycaster.params).Volume?.opacity ?? OPACITY;
     const hit = far > near && picker.pick(at(near), at(Math.min(far, reach)), { opacity });
     if (!hit) return;
@@ -219,12 +228,35 @@ export class Volume extends THREE.Mesh {
     const size = [...this.#grid.extent_mm_zyx].reverse();
     const sight = sightOf(camera, worldFromBox, size, { reversed, logarithmic });
     if (!sight) return;
+    this.#tellOverlap(scene);
     const backdrop = backdropOf(three, scene, camera, viewport);
     const view = this.#view(camera);
     this.#draw(view, viewport, sight, backdrop, this.#planes(worldFromBox), reversed);
     three.state.viewport(viewport);
     this.#picture.sourceTexture = this.renderer.textureOf(view);
     if (this.#picture.sourceTexture) this.#show(viewport, backdrop, scene, camera);
+  }
+
+  /** Says that volumes that share space are drawn one over the other. @param {THREE.Object3D} scene */
+  #tellOverlap(scene) {
+    for (const other of VOLUMES.get(this.#three) ?? []) {
+      if (other === this || !other.visible || !this.#reaches(other) || !other.#reaches(this)) continue;
+      let root = /** @type {THREE.Object3D} */ (other);
+      while (root.parent) root = root.parent;
+      if (root !== scene) continue;
+      this.#note("volumes that overlap are drawn whole, the one with the farther middle first, and not mixed");
+    }
+  }
+
+  /** Whether the box of another volume reaches into this one, along the axes of this one. @param {Volume} other */
+  #reaches(other) {
+    const [mine, theirs] = [this, other].map((each) => each.matrixWorld.clone().multiply(each.#fromBox));
+    const [box, whole] = [other, this].map((each) => {
+      const [z, y, x] = each.#grid.extent_mm_zyx;
+      return new THREE.Box3(new THREE.Vector3(), new THREE.Vector3(x, y, z));
+    });
+    const shared = box.applyMatrix4(mine.invert().multiply(theirs)).intersect(whole).getSize(new THREE.Vector3());
+    return Math.min(shared.x, shared.y, shared.z) > LEAST_OVERLAP_MM;
   }
 
   /** The picture that is kept for a camera. @param {THREE.Camera} camera */

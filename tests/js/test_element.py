@@ -267,3 +267,46 @@ def test_parts_are_styled_by_the_page_and_what_is_removed_is_freed(page) -> None
     """
     )
     assert page.run(script) == {"colour": "rgb(0, 60, 0)", "freed": [0, True, None]}
+
+
+NARROW = """
+const viewer = document.createElement("volume-viewer");
+viewer.style.cssText = "width: 100%; height: 300px";
+for (const each of ["controls", "measuring", "annotations", "fidelity"]) viewer.toggleAttribute(each, true);
+document.body.prepend(viewer);
+viewer.setAttribute("src", "/package/p.volpkg");
+while (viewer.renderer?.level !== 0) await told("levelchange", 50);
+await viewer.renderer.ready;
+await frame();
+const canvas = viewer.shadowRoot.querySelector("canvas");
+const point = (x, y) => {
+  const { left, top, width, height } = canvas.getBoundingClientRect();
+  const at = { clientX: left + x * width, clientY: top + y * height, pointerId: 1, isPrimary: true, bubbles: true };
+  canvas.dispatchEvent(new PointerEvent("pointerdown", at));
+  canvas.dispatchEvent(new PointerEvent("pointerup", at));
+  return next("pick", viewer);
+};
+await point(0.5, 0.5);
+await point(0.55, 0.5);
+await frame();
+const rect = (each) => each.getBoundingClientRect();
+const texts = ["status", "fidelity", "tools"].map((each) => viewer.shadowRoot.querySelector(`[part=${each}]`));
+const marks = [...viewer.shadowRoot.querySelectorAll("[part=annotations] text, [part=annotations] path")];
+const meet = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+const found = [...marks, ...texts].flatMap((one, i, all) =>
+  all.slice(i + 1).filter((other) => texts.includes(other) && meet(rect(one), rect(other))).map((other) =>
+    `${one.textContent.slice(0, 20)} / ${other.part}`));
+const outside = [...marks, ...texts].filter((each) => rect(each).left < 0 || rect(each).right > innerWidth);
+const said = texts.every((each) => each.textContent.length > 20);
+viewer.remove();
+return { found, outside: outside.length, said };
+"""
+
+
+def test_on_a_phone_no_text_of_the_tools_lies_over_another(page) -> None:
+    page.send("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    try:
+        found = page.run(START + NARROW)
+    finally:
+        page.send("Emulation.clearDeviceMetricsOverride")
+    assert found == {"found": [], "outside": 0, "said": True}

@@ -103,24 +103,18 @@ class App:
 def app(tmp_path_factory) -> App:
     """The folder for npm with its types, packed and installed. Nothing is asked of the registry for it."""
     folder: Path = tmp_path_factory.mktemp("app")
-    made = folder / "made"
-    subprocess.run([sys.executable, ROOT / "tools" / "npm_folder.py", made], check=True, timeout=60)
-    tsc = npm_package("typescript", "7.0.2") / "node_modules" / "typescript" / "bin" / "tsc"
-    types = npm_package("@types/three", "0.187.0") / "node_modules" / "@types"
-    options = {
-        "skipLibCheck": True,
-        "rootDir": str(JS),
-        "outDir": str(made / "types"),
-        "paths": {"three": [str(types / "three")]},
-    }
-    settings = {"extends": str(JS / "tsconfig.json"), "compilerOptions": options, "include": [f"{JS}/*.js"]}
-    (folder / "types.json").write_text(json.dumps(settings))
+    npm_package("typescript", "7.0.2")
+    # The commands that the README tells a reader.
+    text = (JS / "README.md").read_text()
+    pack, install = re.search(r"^```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)[1].strip().splitlines()
+    pack = pack.replace("python ", f"{sys.executable} ").replace("out/volpkg", f"{folder}/out/volpkg")
+    pack = pack.replace("--pack-destination out ./", f"--silent --pack-destination {folder} ")
+    subprocess.run(["bash", "-c", pack], cwd=ROOT, check=True, timeout=120)
+    tarball = re.search(r"out/(volpkg-[\d.]+\.tgz)", install)[1]
+    assert (folder / tarball).is_file()
+    shutil.rmtree(folder / "out")
     found = App(folder)
-    found.run(tsc, "-p", "types.json")
     npm = shutil.which("npm")
-    pack = [npm, "pack", "--silent", "--pack-destination", folder]
-    tarball = subprocess.run(pack, cwd=made, capture_output=True, text=True, check=True, timeout=60).stdout.strip()
-    shutil.rmtree(made)
     (folder / "package.json").write_text('{"private": true, "type": "module"}')
     install = [
         npm,

@@ -1,6 +1,6 @@
 """Colours of a package as other programs keep them: sRGB bytes and straight alpha, from premultiplied linear light."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from volprep_formats.source import SourceInfo, VolumeSource
 from volprep_formats.srgb import srgb_of_linear
 from volprep_formats.writers.values import StoredValues
 
-Levels = Iterator[tuple[int, tuple[VolumeSource, ...]]]
 _PLAIN: dict[str, object] = {"stored_type": "uint8", "slope": 1.0, "intercept": 0.0, "unit": ""}
 
 
@@ -57,7 +56,9 @@ class _Component(StoredValues):
         return self._source.read_slab(z0, z1)[..., self._index]
 
 
-def straight_levels(levels: Levels) -> Levels:
+def straight_levels(
+    levels: Iterable[tuple[int, tuple[VolumeSource, ...]]],
+) -> Iterator[tuple[int, tuple[VolumeSource, ...]]]:
     """Yield each level with red, green, blue and alpha as volumes of bytes."""
     for number, channels in levels:
         colours = StraightColours(channels)
@@ -65,5 +66,5 @@ def straight_levels(levels: Levels) -> Levels:
 
 
 def _physical(source: VolumeSource, z0: int, z1: int) -> Float64Array:
-    physical: Float64Array = source.read_slab(z0, z1) * np.float64(source.info.slope) + source.info.intercept
+    physical = source.read_slab(z0, z1).astype(np.float64) * source.info.slope + source.info.intercept
     return np.clip(physical, 0.0, 1.0)
