@@ -9,7 +9,6 @@ import argparse
 import json
 import os
 import sys
-import tempfile
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -18,7 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from .factors import Row, name_of, row_of
-from .outcome import Outcome, outcome_of
+from .outcome import Outcome, outcome_of_name
 from .pairs import ROWS, all_combinations, alone, combinations_of, covering_array, rows_of_pairs
 
 _ROOT = Path(__file__).parents[2]
@@ -56,17 +55,12 @@ def _tried(rows: Iterable[Row], file: Path, asked: argparse.Namespace) -> list[O
     # EGL does not survive a fork.
     pool = ProcessPoolExecutor(asked.jobs, mp_context=get_context("spawn"))
     with file.open("a" if known else "w", encoding="utf-8") as log, pool:
-        for outcome in pool.map(_try, left):
+        for outcome in pool.map(outcome_of_name, left):
             log.write(json.dumps(asdict(outcome)) + "\n")
             log.flush()
             print(f"{outcome.result:8}{outcome.name} {outcome.said[:160]}", flush=True)
             known[outcome.name] = outcome
     return [known[name] for name in names]
-
-
-def _try(name: str) -> Outcome:
-    with tempfile.TemporaryDirectory() as folder:
-        return outcome_of(row_of(name), Path(folder), vtk=True)
 
 
 def _table(outcomes: list[Outcome], strength: int) -> str:

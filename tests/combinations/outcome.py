@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 from unittest.mock import patch
 
@@ -12,7 +13,7 @@ from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 
-from .factors import Row, name_of
+from .factors import Row, name_of, row_of
 from .scenes import write_scene
 
 _FAULTS = (
@@ -50,6 +51,15 @@ def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
     except Exception as error:  # noqa: BLE001 - as above
         return Outcome(name, "failed", f"validation: {type(error).__name__}: {error}")
     return Outcome(name, "beyond" if said else "within", said)
+
+
+def outcome_of_name(name: str) -> Outcome:
+    """Try a row by its name in a folder of its own, with VTK.
+
+    A pool of new processes finds functions of a package's modules, but none of its `__main__`.
+    """
+    with TemporaryDirectory() as folder:
+        return outcome_of(row_of(name), Path(folder), vtk=True)
 
 
 def _plan_raises(scene: Path) -> str | None:
