@@ -167,6 +167,11 @@ def test_sub_volumes_and_slices_of_labels_are_not_mixed_either(tmp_path) -> None
     assert {texture.filter for texture in textures} == {"nearest"}
 
 
+def test_light_on_labels_is_refused(tmp_path) -> None:
+    error = refusal(tmp_path, labels(), more='[render]\nlighting = "headlight"')
+    assert (error.code, error.status) == ("VP3286", ExitStatus.SCENE)
+
+
 def test_a_classification_that_mixes_labels_is_refused(tmp_path) -> None:
     for name, wish in (("segments", '"preintegrated"'), ("few", '"palette"\n[lab.render]\npalette_entries = 255')):
         folder = tmp_path / name

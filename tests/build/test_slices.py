@@ -154,6 +154,7 @@ def test_a_device_with_too_little_memory_holds_no_level(tmp_path):
     [
         ("\n[slices]\n", "gles2-2048", "has shaders, which draw a whole volume"),
         ('\n[render]\nlighting = "headlight"\n', "gles1", r"has no shaders, and render\.lighting needs them"),
+        ('\n[render]\ncompositing = "maximum"\n', "gles1", "compositing maximum needs them"),
         ("\n[normals]\n", "gles1", r"\[normals\] needs them"),
         ("\n[proxy]\n", "gles1", r"\[proxy\] needs them"),
         ("\n[grid]\n", "gles1", r"\[grid\] needs them"),

@@ -31,6 +31,7 @@ _CHANGED = {factor: values[1:] for factor, values in FACTORS.items()}
 _OF_ONE_SAMPLE = ("maximum", "minimum", "average", "mida")
 _OF_VALUES = (*_OF_ONE_SAMPLE, "first-hit", "isosurface")
 _SEGMENTS = ("mixed", "crisp")
+_LAID_OVER = ("emission-absorption", "back-to-front")
 _FLAT = ("gles2-2048", "gles2-4096")
 """Profiles without 3D textures and without textures of 16 bits."""
 
@@ -41,14 +42,19 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"medium": ("channels", "colour"), "classification": ("preclassified",)},
     {"medium": ("channels",), "classification": ("preintegrated",)},
     {"medium": ("channels",), "layout": ("bricks",)},
-    {"medium": ("channels", "colour"), "profile": ("gles1",)},
+    {"medium": ("channels",), "pieces": _CHANGED["pieces"]},
+    {"medium": ("channels", "colour", *_SEGMENTS), "profile": ("gles1",)},
     {"medium": _SEGMENTS, "compositing": ("minimum", "average", "mida", "isosurface")},
     {"medium": _SEGMENTS, "baked": _CHANGED["baked"]},
     {"medium": _SEGMENTS, "classification": ("preintegrated", "preclassified")},
     {"medium": _SEGMENTS, "layout": ("compressed", "mipmaps")},
     {"medium": _SEGMENTS, "pieces": ("single",)},
     {"medium": _SEGMENTS, "mesh": _CHANGED["mesh"]},
+    {"medium": _SEGMENTS, "bits": ("16",), "pieces": ("files",)},
+    {"medium": _SEGMENTS, "compositing": _LAID_OVER, "levels": ("maximum",)},
     {"medium": ("labels",), "baked": _CHANGED["baked"]},
+    {"medium": ("labels",), "lighting": _CHANGED["lighting"]},
+    {"medium": ("labels",), "classification": ("preintegrated", "palette")},
     {"medium": ("labels",), "bits": _CHANGED["bits"]},
     {"medium": ("labels",), "levels": ("box", "maximum")},
     {"medium": ("colour",), "compositing": ("back-to-front",)},
@@ -64,11 +70,16 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"compositing": _CHANGED["compositing"], "classification": ("preintegrated",)},
     {"compositing": _OF_VALUES, "classification": ("palette", "preclassified")},
     {"compositing": tuple(each for each in _OF_VALUES if each != "maximum"), "classification": ("control-points",)},
+    {"compositing": tuple(each for each in _OF_VALUES if each != "maximum"), "levels": ("maximum",)},
+    {"compositing": _LAID_OVER, "classification": ("control-points",), "levels": ("maximum",)},
     {"compositing": ("back-to-front",), "mesh": _CHANGED["mesh"]},
     {"baked": _CHANGED["baked"], "classification": ("preintegrated", "preclassified")},
     {"baked": _CHANGED["baked"], "layout": ("compressed",)},
+    {"baked": _CHANGED["baked"], "levels": ("maximum",)},
     {"classification": ("preclassified",), "layout": ("bricks",)},
     {"classification": ("preclassified",), "pieces": _CHANGED["pieces"]},
+    {"classification": ("preclassified", "palette"), "levels": ("maximum",)},
+    {"classification": ("preclassified",), "lighting": _CHANGED["lighting"], "layout": ("mipmaps",)},
     {"classification": ("preclassified",), "mesh": _CHANGED["mesh"]},
     {"profile": _FLAT, "bits": ("16",)},
     {"profile": _FLAT, "layout": ("mipmaps",)},
@@ -76,6 +87,8 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"profile": ("gles1",), "lighting": _CHANGED["lighting"]},
     {"profile": ("gles1",), "baked": _CHANGED["baked"]},
     {"profile": ("gles1",), "classification": tuple(each for each in _CHANGED["classification"] if each != "auto")},
+    {"profile": ("gles1",), "compositing": _OF_VALUES},
+    {"profile": ("gles1",), "bits": ("16",)},
     {"profile": ("gles1",), "layout": ("bricks", "mipmaps")},
     {"profile": ("gles1",), "pieces": _CHANGED["pieces"]},
     {"profile": ("gles1",), "mesh": _CHANGED["mesh"]},

@@ -1,5 +1,6 @@
 """Levels of classified voxels: made of colours and opacities, and chosen by what they show."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -166,6 +167,23 @@ def test_what_needs_the_other_kind_of_voxels_is_refused(tmp_path, more, code) ->
     path.write_text(text)
     with pytest.raises(VolprepError, match=code):
         plan_build(load_request(path), Silent())
+
+
+@pytest.mark.parametrize(
+    ("level_filter", "more", "is_refused"),
+    [
+        ("maximum", "", False),
+        ("maximum", 'classification = "control-points"', True),
+        ("maximum", 'compositing = "average"', True),
+        ("maximum", '[lighting]\nbaked = "occlusion"', True),
+        ("raised", 'compositing = "maximum"', False),
+        ("minimum", 'compositing = "maximum"', True),
+    ],
+)
+def test_extrema_that_nothing_makes_up_for_are_refused(tmp_path, level_filter, more, is_refused) -> None:
+    scene = write_phantom_scene(tmp_path, level_filter=level_filter, more=f"[render]\n{more}\n")
+    with pytest.raises(VolprepError, match="VP3285") if is_refused else nullcontext():
+        plan_build(load_request(scene), Silent())
 
 
 def test_coarse_stacks_of_slices_are_made_by_box(tmp_path) -> None:

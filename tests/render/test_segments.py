@@ -353,3 +353,12 @@ def test_what_segments_do_not_go_with_is_refused(folder, render):
     scene = scene.model_copy(update={"render": scene.render.model_copy(update=render)})
     with pytest.raises(VolprepError, match="VP3220"):
         build(Request(scene, load_profile("gles3", folder), None), folder / "bad.volpkg", Silent())
+
+
+def test_devices_without_shaders_draw_no_segments(folder):
+    with pytest.raises(VolprepError, match=r"VP3220 .*gles1, which has no shaders"):
+        build(
+            Request(scene_of(folder, border="mixed"), load_profile("gles1", folder), None),
+            folder / "bad.volpkg",
+            Silent(),
+        )

@@ -18,7 +18,6 @@ from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
 from volprep.validation.scan import find_scan, read_scan
 from volprep.validation.subject import DRAFT_TOLERANCE, Subject, errors
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -97,15 +96,3 @@ def test_vectors_between_which_a_filter_mixes_point_where_codes_do(code) -> None
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     assert length[0] == 0
     np.testing.assert_allclose(vectors[1:] / length[1:], decoded(octets, code)[1:], atol=1e-6)
-
-
-def test_there_is_no_true_picture_of_lit_labels(tmp_path) -> None:
-    scene = write_phantom_scene(tmp_path, level_filter="auto")
-    labels = np.zeros((21, 34, 45), "<u2")
-    labels[5:15, 9:20, 8:30] = 200
-    labels.tofile(tmp_path / "phantom.raw")
-    text = scene.read_text().replace("[source.raw]", "labels = true\n\n[source.raw]").replace("600.0", "199.5")
-    scene.write_text(text.replace("200.0", "99.0") + '\n[render]\nlighting = "headlight"\n')
-    scene_builds.built(scene, tmp_path / "phantom.volpkg")
-    with pytest.raises(VolprepError, match=r"VP6014 .*light labels"):
-        validate(tmp_path / "phantom.volpkg", tmp_path / "report")

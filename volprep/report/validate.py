@@ -50,11 +50,10 @@ def validate(
     Raises
     ------
     VolprepError
-        VP4001 to VP4005, VP6010 if the package is not whole, VP6014 for one of lit labels, VP6012 and VP6013 when the
-        scan is unknown or another one, VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when VTK
-        cannot be used, VP7036 and VP7037 for a file that is not a measurement or is one of another package, and the
-        errors of studies, reader and renderer. A package beyond the
-        tolerance raises no error: the verdict reports it.
+        VP4001 to VP4005, VP6010 if the package is not whole, VP6012 and VP6013 when the scan is unknown or another one,
+        VP6020 and VP6021 when the report cannot be written, VP6040 and VP6041 when VTK cannot be used, VP7036 and
+        VP7037 for a file that is not a measurement or is one of another package, and the errors of studies, reader and
+        renderer. A package beyond the tolerance raises no error: the verdict reports it.
     """
     if report_path.resolve().is_relative_to(path.resolve()):
         raise VolprepError("VP6020", path=report_path, problem="it lies in the package, which never changes")

@@ -1,4 +1,4 @@
-"""The reference of coarse levels: box means of the scan in NumPy, with the common table, drawn by the oracle.
+"""The reference of coarse levels: box means of the scan in NumPy, with the common table, drawn by the oracle in 8 bits.
 
 No level of a package may be worse. A level may be for previews only if the reference is beyond the tolerance, and
 beyond the tolerance of such levels only if the reference is, too. None of this depends on data of the package.
@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from volprep.truth.box import box_levels, frequent_level
 from volprep.truth.decoded import light_at_level
+from volprep.truth.seen import in_8_bits
 from volprep.truth.volume import Volume
 from volprep.validation.bench import Bench
 from volprep.validation.same_field import part_of
@@ -49,11 +50,16 @@ def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
 def reference_view(subject: Subject, level: Level, transfer: str, view: str) -> Float64Array:
     """Draw the reference of a level in another standard view; the scan is read again."""
     (volumes,) = _volumes(subject, [level])
-    return subject.drafted.on_volumes(volumes, transfer, view).rgba
+    return _drawn(subject, volumes, transfer, view)
 
 
 def _reference(subject: Subject, volumes: Sequence[Volume], transfer: str) -> Reference:
-    return {name: subject.drafted.on_volumes(volumes, transfer, name).rgba for name in REFERENCE_VIEWS}
+    return {name: _drawn(subject, volumes, transfer, name) for name in REFERENCE_VIEWS}
+
+
+def _drawn(subject: Subject, volumes: Sequence[Volume], transfer: str, view: str) -> Float64Array:
+    """Draw into a target of 8 bits, as the level: a level of exact means was worse than its reference by rounding."""
+    return in_8_bits(subject.drafted.on_volumes(volumes, transfer, view).rgba)
 
 
 def _volumes(subject: Subject, levels: Sequence[Level]) -> Iterator[tuple[Volume, ...]]:

@@ -14,7 +14,7 @@ from volprep.pipeline.origin import read_origin
 from volprep.pipeline.remarks import warnings
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.level_choice import LevelChoice
-from volprep.truth.decoded import holds_labels, light_of_scan
+from volprep.truth.decoded import light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
 from volprep.validation.clock import Clock
@@ -79,7 +79,6 @@ def measure_package(
     with clock.part("all"):
         with clock.part("checking"):
             package = open_whole(path)
-            _require_no_lit_labels(package)
         found = find_scan(path, source)
         size = picture_size or found.picture_size
         derived = _derived(package, found, scratch, clock, progress)
@@ -192,13 +191,6 @@ def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject
         # The view of its channel holds no program of the picture.
         scan = replace(derived.scans[derived.manifest.channels[0].name], normals=light_of_scan(package.manifest))
         yield LabelledSubject(package, scan, size, derived.labels, segments)
-
-
-def _require_no_lit_labels(package: Package) -> None:
-    """Raise VP6014 if a program lights labels."""
-    for part in channel_packages(package).values():
-        if holds_labels(part.manifest) and light_of_scan(part.manifest) is not None:
-            raise VolprepError("VP6014", path=package.path)
 
 
 def _measure(benches: list[Bench]) -> MeasuredPrograms:

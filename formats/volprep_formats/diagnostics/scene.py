@@ -235,4 +235,17 @@ ENTRIES: dict[str, Diagnostic] = {
         "step {number} of the walk cannot be made: {problem}",
         "Zoom in until the sub-volumes are shown before moving, and cut a box before showing it.",
     ),
+    "VP3285": Diagnostic(
+        ExitStatus.SCENE,
+        "filter {filter} moves the values of coarser levels to one side, which would make them worse than means",
+        "Set pyramid.filter to auto. Greatest values suit compositing maximum, least values minimum; "
+        "emission-absorption takes both with classifications lookup and preintegrated, whose tables make up for them, "
+        "without segments and baked light.",
+    ),
+    "VP3286": Diagnostic(
+        ExitStatus.SCENE,
+        "render.lighting {lighting} cannot light labels, because their normals would depend on how they are numbered",
+        "Set render.lighting to none. If the labels belong to a scan, name them as the [segments] of this scan: "
+        "segments are lit.",
+    ),
 }

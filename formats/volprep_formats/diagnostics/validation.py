@@ -39,12 +39,6 @@ ENTRIES: dict[str, Diagnostic] = {
         "{expected}…",
         "Name the right scan with --source, or build the package again.",
     ),
-    "VP6014": Diagnostic(
-        ExitStatus.SCENE,
-        "{path}: its shaders light labels. There is no true picture of lit labels to compare with, because their "
-        "normals depend on how the labels are numbered",
-        "Validate a package of the same scene without render.lighting.",
-    ),
     "VP6015": Diagnostic(
         ExitStatus.TOLERANCE,
         "{path}: the skip table or the proxy mesh of {programs} changes a picture, but rays may only leave out samples "

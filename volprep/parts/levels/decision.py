@@ -11,9 +11,12 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import WITH_TABLES
 
 _NEARLY_EQUAL = math.sqrt(2)
 """Spacings closer than this are halved together: of two axes the one that stays behind is never the finer one."""
+_EXTREMA: frozenset[LevelFilter] = frozenset({"minimum", "maximum", "raised"})
+"""Filters that move all values to one side. Tables that levels have of their own make up for it."""
 _MOST_VOXELS_OF_A_BLOCK = 2**21
 """Kernels that need a block whole, such as the median's, take no larger ones."""
 
@@ -21,14 +24,20 @@ _MOST_VOXELS_OF_A_BLOCK = 2**21
 def filter_of(scene: Scene) -> Literal["auto"] | LevelFilter:
     """Return the filter that makes the coarser levels.
 
-    Raises VP3024 for one that would put values between labels, VP3044 for one of classified voxels where none are.
+    Raises VP3024 for one that would put values between labels, VP3044 for one of classified voxels where none are,
+    VP3285 for extrema that would be drawn as if they were the scan's values.
     """
     labels = scene.source.labels
     wanted = scene.pyramid.filter
+    filters = COMPOSITINGS[scene.render.compositing].level_filters
     if wanted == "transmittance" and scene.render.classification != "preclassified":
         raise VolprepError("VP3044")
+    own_tables = scene.render.decided_classification in WITH_TABLES and scene.segments is None
+    # Baked light counts on the values of the scan.
+    evened = wanted in filters if filters else own_tables and scene.lighting.baked == "none"
+    if wanted in _EXTREMA and not evened:
+        raise VolprepError("VP3285", filter=wanted)
     if wanted == "auto":
-        filters = COMPOSITINGS[scene.render.compositing].level_filters
         return "mode" if labels else filters[0] if len(filters) == 1 else "auto"
     if labels and wanted not in LABEL_FILTERS:
         raise VolprepError("VP3024", filter=wanted, possible=", ".join(sorted(LABEL_FILTERS)))

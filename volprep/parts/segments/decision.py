@@ -80,6 +80,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     has_format = all(texel in profile.texture_formats for texel in LABEL_FORMATS.values())
     formats = "choose a profile with r8unorm and rg8unorm, as gles3 and gles2-4096"
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format, formats
+    yield f"profile {profile.name}, which has no shaders", not profile.has_shaders, formats
     rays = 'set render.technique = "ray-casting"'
     yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None, rays
     composited = f"set render.compositing to one of {', '.join(sorted(COMPOSITED))}"

@@ -19,6 +19,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.slices.record import AXES
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.paletted import PALETTE_BYTES
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, TextureFormat
@@ -73,6 +74,7 @@ def plan_of_slices(
 def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> TextureFormat:
     needs = {
         "render.lighting": scene.render.lighting != "none",
+        f"compositing {scene.render.compositing}": scene.render.compositing not in LAID_OVER,
         "[normals]": scene.normals is not None,
         "[proxy]": scene.proxy is not None,
         "[grid]": scene.must_be_cut,

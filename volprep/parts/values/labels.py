@@ -29,8 +29,10 @@ _FINEST_STEP_VOXELS = 0.125
 def require_distinct_labels(
     scene: Scene, _grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured
 ) -> None:
-    """Raise VP3043 for a classification that gives a label colours of others."""
+    """Raise VP3043 for a classification that gives a label colours of others, VP3286 for light on labels."""
     render = scene.render
+    if scene.source.labels and render.lighting != "none":
+        raise VolprepError("VP3286", lighting=render.lighting)
     if scene.source.labels and render.classification == "preintegrated":
         raise VolprepError("VP3043", problem="a pre-integrated segment passes through all values between two labels")
     if scene.source.labels and render.classification == "palette" and render.palette_entries <= LARGEST_LABEL:
