@@ -233,6 +233,12 @@ def test_the_integrator_agrees_with_every_oracle_and_not_with_a_fainter_picture(
     assert failed(compared("it", (fine, changes), truth=fainter, drawn=truth, scene=scene))[0] == "truth of it"
 
 
+@pytest.mark.parametrize("name", [name for name, view in DRAWN.items() if view.nearest])
+def test_the_integrator_is_exact_through_labels(name) -> None:
+    view = DRAWN[name]
+    np.testing.assert_allclose(integrated(view, 5.0), view.draw().rgba.reshape(-1, 4), atol=1e-5)
+
+
 def test_the_middle_of_the_views_is_that_of_the_box() -> None:
     view = next(iter(DRAWN.values()))
     assert np.allclose(box_of(json.loads(view.grid.model_dump_json()), "orthographic").middle_mm, MIDDLE)

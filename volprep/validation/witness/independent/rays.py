@@ -1,4 +1,7 @@
-"""A ray integrator in NumPy: samples at equal distances, composited as each kind of picture defines it."""
+"""A ray integrator in NumPy: samples composited as each kind of picture defines it.
+
+Samples have equal distances. Through labels there is one in each voxel that a ray passes, which is exact.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -46,7 +49,7 @@ class Samples:
     world_mm: Floats
     directions: Floats
     length_mm: Floats
-    """Length of the path around each sample, [ray]."""
+    """Length of the path around each sample, [ray, sample], or [ray, 1] if all are equal."""
     light: WitnessedLight | None
 
     def colours(self, number: int, values: Floats) -> tuple[Floats, Floats]:
@@ -73,10 +76,15 @@ def picture(
     result = np.zeros((len(origins), 4))
     if not len(met):
         return result
+    is_labels = all(each.nearest for each in shown)
     count = max(1, int(np.ceil((leave - enter)[met].max() / step_mm)))
-    for part in np.array_split(met, -(-len(met) * count // _MOST_SAMPLES)):
-        length = (leave - enter)[part] / count
-        along = enter[part, None] + length[:, None] * (np.arange(count) + 0.5)
+    most = int(shown[0].scan.counts_xyz.sum()) if is_labels else count
+    for part in np.array_split(met, -(-len(met) * most // _MOST_SAMPLES)):
+        if is_labels:
+            along, length = _voxels(shown[0].scan, origins[part], directions[part], enter[part], leave[part])
+        else:
+            length = (leave - enter)[part, None] / count
+            along = enter[part, None] + length * (np.arange(count) + 0.5)
         at = origins[part, None] + along[..., None] * directions[part, None]
         values = [sampled(each.scan, at, nearest=each.nearest) for each in shown]
         result[part] = _COMPOSITED[compositing](Samples(shown, values, at, directions[part], length, light))
@@ -91,6 +99,21 @@ def sampled(scan: WitnessedScan, world_mm: Floats, *, nearest: bool) -> Floats:
         x, y, z = np.moveaxis(np.rint(place).astype(np.intp), -1, 0)
         return scan.physical(scan.stored[z, y, x])
     return scan.physical(between_eight(scan.stored, place))
+
+
+def _voxels(
+    scan: WitnessedScan, origins: Floats, directions: Floats, enter: Floats, leave: Floats
+) -> tuple[Floats, Floats]:
+    """Return the middle and the length of the part of each ray in each voxel, [ray, part]; some lengths are 0."""
+    inverse = np.linalg.inv(scan.world_from_index)
+    start, per_mm = scan.index_of(origins), directions @ inverse[:3, :3].T
+    faces = [
+        (np.arange(count - 1) + 0.5 - start[:, axis, None]) / np.where(per_mm == 0.0, 1e-300, per_mm)[:, axis, None]
+        for axis, count in enumerate(scan.counts_xyz.astype(int))
+    ]
+    ends = np.sort(np.clip(np.concatenate(faces, axis=1), enter[:, None], leave[:, None]), axis=1)
+    ends = np.concatenate([enter[:, None], ends, leave[:, None]], axis=1)
+    return 0.5 * (ends[:, 1:] + ends[:, :-1]), np.diff(ends, axis=1)
 
 
 def _through_box(scan: WitnessedScan, origins: Floats, directions: Floats) -> tuple[Floats, Floats]:
@@ -112,7 +135,7 @@ def _emission_absorption(samples: Samples) -> Floats:
         colours, own = samples.colours(number, values)
         given = given + colours * own[..., None]
         extinction = extinction + (own if samples.shown[number].absorbs else 0.0)
-    depth = extinction * samples.length_mm[:, None]
+    depth = extinction * samples.length_mm
     in_front = np.exp(-(np.cumsum(depth, axis=1) - depth))
     weight = in_front * -np.expm1(-depth)
     mixed = given / np.where(extinction > 0.0, extinction, 1.0)[..., None]
@@ -129,7 +152,7 @@ def _mida(samples: Samples) -> Floats:
     shown, values = samples.shown[0], samples.values[0]
     low, high = shown.intensities
     colours, extinctions = samples.colours(0, values)
-    opacity = -np.expm1(-extinctions * samples.length_mm[:, None])
+    opacity = -np.expm1(-extinctions * samples.length_mm)
     intensity = np.clip((values - low) / (high - low), 0.0, 1.0)
     greatest = np.maximum.accumulate(np.concatenate([intensity[:, :1], intensity], axis=1), axis=1)
     kept = 1.0 - np.diff(greatest, axis=1)
@@ -153,8 +176,8 @@ def _surface(samples: Samples, *, solid: bool) -> Floats:
     begins = above[:, 0] & solid
     before, after = values[rows, first], values[rows, np.minimum(first + 1, values.shape[1] - 1)]
     share = np.divide(isovalue - before, after - before, out=np.zeros(len(rows)), where=after != before)
-    at = samples.world_mm[rows, first] + (share * samples.length_mm)[:, None] * samples.directions
-    at[begins] = (samples.world_mm[:, 0] - 0.5 * samples.length_mm[:, None] * samples.directions)[begins]
+    at = samples.world_mm[rows, first] + share[:, None] * samples.length_mm * samples.directions
+    at[begins] = (samples.world_mm[:, 0] - 0.5 * samples.length_mm * samples.directions)[begins]
     value = np.where(begins, sampled(shown.scan, at, nearest=False), isovalue)
     result = _of_value(shown, value, passes.any(axis=1) | begins)
     if samples.light is not None:
