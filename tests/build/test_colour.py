@@ -17,6 +17,7 @@ from volprep.pipeline.colour_look import in_colour
 from volprep.pipeline.look import look_at, picture
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.remarks import warnings
+from volprep.plan.item_kinds import BEYOND
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
@@ -228,6 +229,15 @@ def test_a_volume_in_colour_is_validated(tmp_path: Path, profile: str) -> None:
     report = validate(package.path, tmp_path / "report")
     assert report.verdict.passed
     assert {program.transfer for program in report.programs} == {"colour"}
+
+
+@pytest.mark.parametrize(
+    ("profile", "more", "warned"),
+    [("gles3", "", 0), ("gles2-2048", "", 1), ("gles2-2048", "[tolerance]\nflip = 0.1\n", 0)],
+)
+def test_a_profile_without_srgb_warns_of_dark_colours(tmp_path: Path, profile: str, more: str, warned: int) -> None:
+    plan = planned(write_colour_scene(tmp_path, profile, tables=more))
+    assert sum("8 bits of linear light" in item.reason for item in plan.items if item.kind == BEYOND) == warned
 
 
 REFUSED = {

@@ -12,6 +12,7 @@ from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
+from volprep.plan.item_kinds import BEYOND
 from volprep.plan.products import SlicesPlan
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
@@ -149,6 +150,9 @@ def test_a_device_with_too_little_memory_holds_no_level(tmp_path):
         plan_build(type(request)(scene=request.scene, profile=device, scene_path=None), Silent())
 
 
+WIDE = "[tolerance]\nrmse = 0.2\nmaximum = 1.0\nflip = 0.5\n"
+
+
 @pytest.mark.parametrize(
     ("table", "profile", "problem"),
     [
@@ -169,6 +173,17 @@ def test_a_device_with_too_little_memory_holds_no_level(tmp_path):
 def test_what_does_not_go_together_is_refused(tmp_path, table, profile, problem):
     with pytest.raises(VolprepError, match=rf"VP3060 .*{problem}"):
         plan_of(tmp_path, table, profile)
+
+
+@pytest.mark.parametrize(("extinction", "tolerance", "warned"), [(0.6, "", 1), (0.6, WIDE, 0)])
+def test_slices_beyond_the_tolerance_are_warned_of(tmp_path, extinction, tolerance, warned):
+    scene = scene_with(tmp_path)
+    text = scene.read_text().partition('[[transfer]]\nname = "core"')[0] + tolerance
+    scene.write_text(text.replace("0.2 }", f"{extinction / 3} }}").replace("0.6 }", f"{extinction} }}"))
+    package = built(scene, tmp_path / "slices.volpkg")
+    said = [item.reason for item in package.manifest.plan if item.kind == BEYOND]
+    assert len(said) == warned
+    assert all("in an oblique view shell is off by RMSE" in each for each in said)
 
 
 def test_a_profile_without_palettes_needs_the_other_form(tmp_path):

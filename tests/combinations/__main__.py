@@ -2,7 +2,8 @@
 
 Without arguments it takes every pair, and VTK draws the scan, too. `--triples` takes every triple: hours. `--rows` only
 writes rows.txt anew, after a change of the factors. Each outcome is written at once, and `--resume` leaves out what the
-table has. Exit status 1 if a row is neither within nor refused, or if what is listed as refused is not.
+table has. Exit status 1 if a row is neither within, nor refused by the plan, nor beyond the tolerance with a warning of
+the build.
 """
 
 import argparse
@@ -66,20 +67,21 @@ def _tried(rows: Iterable[Row], file: Path, asked: argparse.Namespace) -> list[O
 def _table(outcomes: list[Outcome], strength: int) -> str:
     """Return the counts of rows and of combinations, and the rows that are neither within nor refused."""
     counts = Counter(each.result for each in outcomes)
-    rows = [row_of(each.name) for each in outcomes if each.result == "within"]
+    rows = [row_of(each.name) for each in outcomes if each.result in {"within", "warned"}]
     within = set().union(*(combinations_of(row, strength) for row in rows))
     total = sum(1 for _ in all_combinations(strength))
     refused = Counter(each.said.split()[0] for each in outcomes if each.result == "refused")
     lines = [f"| rows | {' | '.join(_RESULTS)} |", f"|---|{'---|' * len(_RESULTS)}"]
     lines.append(f"| {len(outcomes)} | {' | '.join(str(counts[each]) for each in _RESULTS)} |")
-    lines.append(f"\nOf {total} combinations of {strength} values {len(within)} are within a tolerance.\n")
+    shown = "are within a tolerance, or beyond it and the build warns of it"
+    lines.append(f"\nOf {total} combinations of {strength} values {len(within)} {shown}.\n")
     lines.append(f"Codes of refusals: {', '.join(f'{code} {count}' for code, count in refused.most_common())}.\n")
-    faults = [each for each in outcomes if each.result in {"beyond", "failed"}]
+    faults = [each for each in outcomes if each.result in {"warned", "beyond", "failed"}]
     lines += [f"- {each.result}: {each.name}: {each.said}" for each in faults]
     return "\n".join(lines) + "\n"
 
 
-_RESULTS = ("within", "refused", "beyond", "failed")
+_RESULTS = ("within", "refused", "warned", "beyond", "failed")
 
 
 if __name__ == "__main__":

@@ -7,10 +7,13 @@ from typing import Literal
 from unittest.mock import patch
 
 from volprep.pipeline.build import build, plan_build
+from volprep.plan.item_kinds import BEYOND
 from volprep.scene.request import load_request
 from volprep.validation.folder import report_folder
+from volprep.validation.report_record import Report
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
 from .factors import Row, name_of, row_of
@@ -22,7 +25,7 @@ _FAULTS = (
 )
 """Fields of a verdict that name what is wrong."""
 
-Result = Literal["within", "refused", "beyond", "failed"]
+Result = Literal["within", "refused", "warned", "beyond", "failed"]
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,10 @@ class Outcome:
 
     name: str
     result: Result
-    """"refused": by the plan, with a code. "beyond": the verdict is another one than "within"."""
+    """"refused": by the plan, with a code. "warned": views are beyond the tolerance, and nothing else is wrong, and the
+    build has said so and why. "beyond": the verdict is another one than "within"."""
     said: str
-    """The code and message of a refusal, or what the verdict names."""
+    """The code and message of a refusal, the warnings of the build, or what the verdict names."""
 
 
 def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
@@ -47,10 +51,19 @@ def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
     except Exception as error:  # noqa: BLE001 - a fault of a combination may raise anything
         return Outcome(name, "failed", f"{type(error).__name__}: {error}")
     try:
-        said = _verdict(package, folder, vtk=vtk)
+        report = _report(package, folder, vtk=vtk)
     except Exception as error:  # noqa: BLE001 - as above
         return Outcome(name, "failed", f"validation: {type(error).__name__}: {error}")
+    said, known = _said(report), _warnings(package)
+    if known and said and not any(getattr(report.verdict, fault) for fault in _FAULTS):
+        return Outcome(name, "warned", f"{said}: {known}")
     return Outcome(name, "beyond" if said else "within", said)
+
+
+def _warnings(package: Path) -> str:
+    """Return what the build says about errors beyond the tolerance."""
+    items = Package.open(package).manifest.plan
+    return "; ".join(item.reason for item in items if item.kind == BEYOND)
 
 
 def outcome_of_name(name: str) -> Outcome:
@@ -71,8 +84,8 @@ def _plan_raises(scene: Path) -> str | None:
     return None
 
 
-def _verdict(package: Path, folder: Path, *, vtk: bool) -> str:
-    """Return what the verdict names; empty if it is within."""
+def _report(package: Path, folder: Path, *, vtk: bool) -> Report:
+    """Validate a package with the witness."""
     scratch = folder / "scratch"
     scratch.mkdir()
     with (
@@ -80,7 +93,11 @@ def _verdict(package: Path, folder: Path, *, vtk: bool) -> str:
         patch("volprep.validation.witness.judge.has_pyvista", lambda: vtk),
         patch("volprep.validation.run.has_pyvista", lambda: False),
     ):
-        measured = measure_package(package, report, scratch, Silent(), witness=True)
+        return measure_package(package, report, scratch, Silent(), witness=True)
+
+
+def _said(measured: Report) -> str:
+    """Return what the verdict names; empty if it is within."""
     verdict = measured.verdict
     if verdict.passed:
         return ""

@@ -29,6 +29,7 @@ from volprep.render.gl1 import Gl1, Unit
 from volprep.render.limits import check_textures
 from volprep.render.timing import Clock, median_ms
 from volprep.transfer.preclassified import code_colours, largest_opacity
+from volprep.truth.stacks import brightness, facing_axis
 from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -44,9 +45,6 @@ from volprep_formats.textures.texel_formats import PALETTED
 _XYZ: dict[StackAxis, int] = {"x": 0, "y": 1, "z": 2}
 _ACROSS: dict[StackAxis, tuple[int, int]] = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
 """Axes (xyz) of the columns and the rows of a slice."""
-_MOST_BRIGHTNESS = 2.0
-_TIE = 1e-9
-"""Cosines of stacks that differ by less count as equal."""
 # Two triangles for each of nine patches of 4×4 corners.
 _PATCHES = np.array(
     [[c + o for o in (0, 1, 5, 0, 5, 4)] for c in (4 * row + column for row in range(3) for column in range(3))],
@@ -171,12 +169,7 @@ class SliceRenderer:
 
         Of stacks at equal angles, the first of x, y, z is drawn, whatever the rounding of a camera is.
         """
-        ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
-        near, far = (ends[:3] / ends[3]).T
-        along = np.abs(far - near) / np.linalg.norm(far - near)
-        cosines = {axis: float(along[_XYZ[axis]]) for axis in sorted(self._parts)}
-        axis = next(each for each, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
-        return axis, cosines[axis]
+        return facing_axis(box_from_clip, self._parts)
 
     def layers(self, axis: StackAxis) -> int:
         """Return the number of polygons of each slice of a stack."""
@@ -185,8 +178,8 @@ class SliceRenderer:
     def factor(self, box_from_clip: Float64Array) -> float:
         """Return the factor of all texels, 1 or more."""
         axis, cosine = self.facing(box_from_clip)
-        most = min(_MOST_BRIGHTNESS, 1 / max(part.largest_opacity for part in self._parts[axis]))
-        return min(1 / max(cosine, 1e-6), most) if self._lengthen else 1.0
+        largest = max(part.largest_opacity for part in self._parts[axis])
+        return brightness(cosine, largest) if self._lengthen else 1.0
 
     def distance_mm(self, box_from_clip: Float64Array) -> float:
         """Distance of the slices that are drawn, along the middle of the view."""

@@ -3,6 +3,7 @@
 It blends the same polygons as `volprep.render.slices` back to front, for each pixel's ray.
 """
 
+from collections.abc import Iterable
 from typing import Literal
 
 import numpy as np
@@ -10,6 +11,28 @@ import numpy as np
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.slices.record import StackAxis
+
+_MOST_BRIGHTNESS = 2.0
+_TIE = 1e-9
+"""Cosines of stacks that differ by less count as equal."""
+
+
+def facing_axis(box_from_clip: Float64Array, axes: Iterable[StackAxis]) -> tuple[StackAxis, float]:
+    """Return the axis of the stack that is drawn, and the cosine of its angle to the direction of view.
+
+    Of stacks at equal angles, the first of x, y, z is drawn, whatever the rounding of a camera is.
+    """
+    ends = box_from_clip @ np.array([[0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], [1.0, 1.0]])
+    near, far = (ends[:3] / ends[3]).T
+    along = np.abs(far - near) / np.linalg.norm(far - near)
+    cosines = {axis: float(along["xyz".index(axis)]) for axis in sorted(axes)}
+    axis = next(each for each, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
+    return axis, cosines[axis]
+
+
+def brightness(cosine: float, largest_opacity: float) -> float:
+    """Return the factor of all texels of a stack at this angle: their path is longer, and no opacity passes 1."""
+    return min(1 / max(cosine, 1e-6), _MOST_BRIGHTNESS, 1 / largest_opacity)
 
 
 def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing that is compared

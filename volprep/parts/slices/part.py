@@ -2,6 +2,7 @@
 
 from volprep.parts.part import Images, Part
 from volprep.parts.slices.decision import refuse_slices
+from volprep.parts.slices.error import settle
 from volprep.parts.slices.stage import STAGE
 from volprep.plan.products import SlicesPlan
 from volprep.plan.records import ChannelPlan
@@ -23,4 +24,4 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesi
     return {each.file: (slices.format, (1, *each.shape_yx)) for each in textures}
 
 
-PART = Part(name="slices", require=_require, images=_images, stages=(STAGE,))
+PART = Part(name="slices", require=_require, images=_images, stages=(STAGE,), settle=settle)

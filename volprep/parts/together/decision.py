@@ -15,6 +15,7 @@ from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.parts.together.packing import Packed
+from volprep.plan.item_kinds import BEYOND
 from volprep.plan.products import SkipTablePlan, TogetherPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.statistics import Measured
@@ -27,6 +28,8 @@ from volprep_formats.textures.texel_formats import size_bytes
 
 KIND = "together"
 """Kind of the items of a picture of several channels."""
+_FLIP_OF_LINEAR = 0.05
+"""FLIP up to which rounding of linear light may change a dark picture; 0.033 was seen."""
 _EXACT = 4096
 """Number of entries used for a function that has no table."""
 
@@ -115,7 +118,21 @@ def plan_together(
     founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
     tables, skipping = _skipping(group, founds, drawn, drawable, scene)
     together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs, skip_tables=tables)
-    return together, (*drawn.items, item, skipping)
+    return together, (*drawn.items, item, skipping, *_dark_colours(group[0], scene))
+
+
+def _dark_colours(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
+    """Warn of colours that a profile without textures in sRGB holds in 8 bits of linear light."""
+    if scene.colour is None or plan.quantize.bits > 8 or scene.tolerance.flip >= _FLIP_OF_LINEAR:
+        return
+    yield PlanItem(
+        name="dark colours",
+        kind=BEYOND,
+        kept=True,
+        reason=f"profile {plan.profile.name} has no textures in sRGB, and 8 bits of linear light round dark colours by "
+        f"up to six steps of a screen: dark pictures may have a FLIP of up to {_FLIP_OF_LINEAR:g}, and the tolerance "
+        f"is {scene.tolerance.flip:g}; a profile of OpenGL ES 3 keeps them, or allow more in [tolerance]",
+    )
 
 
 def _skipping(
