@@ -1,18 +1,26 @@
-"""Inputs of the decisions about the parts of one channel."""
+"""One channel of a scan with all that has been decided about it, and the channels of a package together."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
-from volprep.plan.decisions import LightChoice, ValueChoice
-from volprep.plan.records import CropPlan, LevelPlan
+from volprep.plan.decisions import CompressionChoice, Layout, Packed, Tables, ValueChoice
+from volprep.plan.records import ChannelPlan, CropPlan, LevelPlan, Shared, part_of
 from volprep.plan.room import Beside, Misfit
-from volprep.scan.segments.record import FoundSegments
+from volprep.plan.whole_source import WholeSource
+from volprep.scan.segments.record import FoundSegments, VoxelBox
+from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.record import Record
 from volprep_formats.source import SourceInfo
+
+Decision = TypeVar("Decision")
 
 Neighbour = Callable[[Scene, DeviceProfile, LevelPlan, Beside], Beside | Misfit]
 """Adds the room that a part takes beside the texture of a level, or says why the two do not fit together."""
@@ -20,7 +28,7 @@ Neighbour = Callable[[Scene, DeviceProfile, LevelPlan, Beside], Beside | Misfit]
 
 @dataclass(frozen=True)
 class Case:
-    """One channel: its scan, the scene's settings, the device class, and its codes."""
+    """One channel: its scan, the scene's settings for it, the device class, and the decisions of parts so far."""
 
     channel: str
     """Name of the channel."""
@@ -28,25 +36,119 @@ class Case:
     """The scene with the source and the transfer functions of this channel only."""
     profile: DeviceProfile
     """Device class."""
-    crop: CropPlan
-    """Part of the source that becomes level 0."""
-    grid: Grid
-    """Grid of level 0."""
     info: SourceInfo
     """Header of the source."""
     measured: Measured
     """Statistics of the source."""
     functions: tuple[TransferFunction, ...]
     """Transfer functions over physical values."""
-    values: ValueChoice
-    """Codes and their costs."""
+    crop: CropPlan
+    """Part of the source that becomes level 0."""
+    grid: Grid
+    """Grid of level 0."""
+    neighbours: tuple[Neighbour, ...] = ()
+    """What parts take beside the texture of a level."""
+    classifications: tuple[ClassificationName, ...] = ()
+    """Classifications that the plan may choose, the default first; empty if the scene states one."""
+    whole: WholeSource | None = None
+    """The source itself, where it has been imported; compression is decided on it."""
+    voxels: RawVolume | None = None
+    """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
     segments: FoundSegments | None = None
     """Segments of the scan; None if the scene wants none."""
-    light: LightChoice | None = None
-    """Measurements of precomputed light; None if it was not measured."""
+    labels: RawVolume | None = None
+    """Label of each voxel of the source, as the import numbered them, if known."""
+    boxes: Mapping[str, VoxelBox] = field(default_factory=dict)
+    """Box around the voxels that a transfer function is for, where it is for some of them only."""
+    decisions: tuple[object, ...] = ()
+    """Decisions of parts so far, in the order of the registry; records among them are plans that stages read."""
+
+    def part(self, kind: type[Decision]) -> Decision | None:
+        """Return the decision of this kind; None if there is none."""
+        return part_of(self.decisions, kind)
+
+    def decided(self, kind: type[Decision]) -> Decision:
+        """Return the decision of this kind, which an earlier part always makes."""
+        found = self.part(kind)
+        assert found is not None  # noqa: S101 - the order of the registry
+        return found
+
+    def plus(self, *decisions: object) -> "Case":
+        """Return the channel with more decisions; None is left out."""
+        return replace(self, decisions=(*self.decisions, *(each for each in decisions if each is not None)))
+
+    @property
+    def values(self) -> ValueChoice:
+        """Codes and their errors."""
+        return self.decided(ValueChoice)
+
+    @property
+    def layout(self) -> Layout:
+        """Levels and their textures."""
+        return self.decided(Layout)
 
     @property
     def drawn_alone(self) -> tuple[TransferFunction, ...]:
         """Transfer functions that have pictures of their own: none if one picture of a scan has all of them."""
         is_whole = self.segments is None and self.scene.render.classification != "colour"
         return self.functions if is_whole else ()
+
+    def plan(self, shared: Shared) -> ChannelPlan:
+        """Return the plan of the channel, as far as it has been decided."""
+        layout, tables, packed = self.layout, self.part(Tables) or Tables(), self.part(Packed)
+        plan = ChannelPlan(
+            channel=self.channel,
+            shared=shared,
+            transfer_functions=self.functions,
+            quantize=self.values.quantize,
+            levels=layout.levels,
+            volumes=tables.classified(layout.volumes),
+            lookups=tables.lookups,
+            preintegrated=tables.preintegrated,
+            palettes=tables.palettes,
+            parts=tuple(each for each in self.decisions if isinstance(each, Record)),
+            programs=layout.programs,
+            forms=tuple(form for each in self.decisions if isinstance(each, CompressionChoice) for form in each.forms),
+        )
+        return plan if packed is None else plan.model_copy(update={"volumes": packed.of(plan)})
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The channels of a package, and what they share."""
+
+    scene: Scene
+    """The scene."""
+    cases: tuple[Case, ...]
+    """Each channel."""
+    shared: Shared
+    """Settings that all channels share."""
+    decisions: tuple[object, ...] = ()
+    """Decisions about all channels."""
+    items: tuple[PlanItem, ...] = ()
+    """The same, for people."""
+
+    def plus(
+        self, *decisions: object, items: Iterable[PlanItem] = (), shared: Shared | None = None, of_cases: object = None
+    ) -> "Joint":
+        """Return the channels with more decisions, for all or for each of them; None is left out."""
+        return replace(
+            self,
+            cases=tuple(case.plus(of_cases) for case in self.cases),
+            shared=shared or self.shared,
+            decisions=(*self.decisions, *(each for each in decisions if each is not None)),
+            items=(*self.items, *items),
+        )
+
+    def part(self, kind: type[Decision]) -> Decision | None:
+        """Return the decision of this kind about all channels; None if there is none."""
+        return part_of(self.decisions, kind)
+
+    @property
+    def channels(self) -> tuple[ChannelPlan, ...]:
+        """The plan of each channel, as far as it has been decided."""
+        return tuple(case.plan(self.shared) for case in self.cases)
+
+
+Trial = Callable[[Sequence[Case]], Joint]
+"""Plans channels as they are: for decisions that are measured on their textures. Raises the errors of parts."""

@@ -8,6 +8,7 @@ from volprep.parts.classification.part import PART as CLASSIFICATION
 from volprep.parts.compression.part import PART as COMPRESSION
 from volprep.parts.editing.part import PART as EDITING
 from volprep.parts.flattened.part import PART as FLATTENED
+from volprep.parts.hybrid.part import PART as HYBRID
 from volprep.parts.layout.part import PART as LAYOUT
 from volprep.parts.levels.part import PART as LEVELS
 from volprep.parts.light.part import PART as LIGHT
@@ -21,15 +22,17 @@ from volprep.parts.skip.part import PART as SKIP
 from volprep.parts.slices.part import PART as SLICES
 from volprep.parts.subvolumes.part import PART as SUBVOLUMES
 from volprep.parts.texture.part import PART as TEXTURE
+from volprep.parts.together.part import PART as TOGETHER
 from volprep.parts.values.part import PART as VALUES
+from volprep_formats.package.profile import DeviceProfile
 
 PARTS: tuple[Part, ...] = (
     VALUES,
     LEVELS,
-    LAYOUT,
     COMPRESSION,
+    LAYOUT,
+    SLICES,
     FLATTENED,
-    CLASSIFICATION,
     NORMALS,
     LIGHT,
     MOSAIC,
@@ -40,6 +43,14 @@ PARTS: tuple[Part, ...] = (
     PROXY,
     SUBVOLUMES,
     EDITING,
-    SLICES,
     PROGRAMS,
+    CLASSIFICATION,
+    TOGETHER,
+    HYBRID,
 )
+
+
+def parts_of(profile: DeviceProfile) -> tuple[Part, ...]:
+    """Return the parts that packages for a device class may have."""
+    devices = {"any", "with shaders" if profile.has_shaders else "without shaders"}
+    return tuple(part for part in PARTS if part.devices in devices)

@@ -8,32 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case, Joint
 from volprep.parts.channel_rays import with_rays
-from volprep.parts.channel_scan import ChannelScan
-from volprep.parts.classification.automatic import (
-    ClassificationChoice,
-    ScanRays,
-    choose_classification,
-    describe_classification,
-    possible_kinds,
-)
-from volprep.parts.programs.early_end import describe_early_end
-from volprep.parts.registry import PARTS
-from volprep.parts.segments.decision import used_functions
-from volprep.parts.segments.extent import style_boxes
-from volprep.parts.together.decision import plan_together
-from volprep.parts.values.items import describe_border
-from volprep.pipeline.channel_plan import valued
+from volprep.parts.registry import PARTS, parts_of
 from volprep.pipeline.costs import planned_costs
-from volprep.pipeline.layout import lay_channels_out
 from volprep.pipeline.stage_graph import planned_stages
+from volprep.plan.classifications import possible_classifications
 from volprep.plan.crop import choose_crop
-from volprep.plan.decisions import ValueChoice
 from volprep.plan.functions import resolved_functions
-from volprep.plan.hybrid import describe_hybrid
 from volprep.plan.item_kinds import FIRST_LOOK
 from volprep.plan.item_kinds import PREVIEW as PREVIEW_KIND
-from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan
+from volprep.plan.products import TogetherPlan
+from volprep.plan.records import PREVIEW, ChannelPlan, CropPlan, Plan, Shared
 from volprep.plan.whole_source import WholeSource
 from volprep.scan.segments.record import FoundSegments
 from volprep.scan.slabs import RawVolume
@@ -41,11 +27,10 @@ from volprep.scan.statistics import Measured
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName
+from volprep_formats.package.program import RaySampling
 from volprep_formats.source import SourceInfo
 
 _PREVIEW = PlanItem(
@@ -82,49 +67,31 @@ def make_plan(
 
     `labels` are the labels of `segments` on the grid of the source, if known: steps are measured with them.
 
-    Raises the errors of parts, of `begin` and of `valued`, VP1244 for parts that do not support several
-    channels, VP3031 and VP3032 for impossible bricks, VP3166 for an unnecessary estimate of opacity, VP3060 for
-    unnecessary slices, VP3080 for parts that do not allow editing of transfer functions.
+    Raises the errors of parts, and VP1244 for parts that do not support several channels.
     """
     wanted = scene.render.classification
-    kinds = possible_kinds(scene, lambda each: _prepared(each, profile, len(scanned)))
+    kinds = possible_classifications(scene, lambda each: _prepared(each, profile, len(scanned)))
     scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
-    scans = [replace(scan, labels=labels) for scan in _channel_scans(scene, scanned, segments)]
-    crop = _common_crop(scene, scans)
+    cases = _cases(scene, profile, scanned, segments, labels)
+    cases = [replace(case, classifications=kinds if wanted == "auto" else ()) for case in cases]
+    crop = _common_crop(scene, cases)
     grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
-    for scan in scans:
-        for part in PARTS:
-            part.require_scan(scan.scene, grid, scan.functions, scan.measured)
-    values = [valued(scan, profile) for scan in scans]
-    scans = [with_rays(scan, crop, grid, profile) for scan in scans]
-    classified = None
-    if wanted == "auto":
-        classified = _classification(scans, values, profile, kinds, grid)
-        scene = scene.with_classification(classified.name)
-        scans = [replace(scan, scene=scan.scene.with_classification(classified.name)) for scan in scans]
-    laid_out, blocks = lay_channels_out(scene, scans, values, profile, crop, grid)
-    shared, packed, early_end = laid_out.shared, laid_out.packed, laid_out.early_end
-    channels = laid_out.channels
-    channels[0] = channels[0].model_copy(update={"forms": (*channels[0].forms, *blocks.forms)})
-    measured = [each.measured for each in scanned]
-    together, of_picture = plan_together(channels, measured, laid_out.together, packed, scene)
+    cases = [with_rays(replace(case, crop=crop, grid=grid)) for case in cases]
+    for part in parts_of(profile):
+        cases = [*part.measure(cases, lambda tried: _joined(scene, tried))]
+    joint = _joined(scene.with_classification(cases[0].scene.render.decided_classification), cases)
+    channels = joint.channels
     items = [
         *_describe_look(scene),
-        *describe_classification(classified),
-        *describe_border(shared, scene, scanned[0].info),
-        *_of_channels(channels, [each.items(plan) for plan, each in zip(channels, laid_out.finished, strict=True)]),
-        *packed.items,
-        *blocks.items,
-        *of_picture,
-        *([describe_early_end(early_end, shared.rays.opacity_cutoff, scene)] if profile.has_shaders else []),
-        *describe_hybrid(shared.render.hybrid),
+        *_of_channels(channels, [_items(case, plan) for case, plan in zip(joint.cases, channels, strict=True)]),
+        *joint.items,
         _PREVIEW,
         *_left_out(scene, channels[0]),
     ]
     plan = Plan(
-        shared=shared,
-        channels=tuple(channels),
-        together=together,
+        shared=joint.shared,
+        channels=channels,
+        together=joint.part(TogetherPlan),
         fidelity=scene.fidelity,
         stages=(),
         items=tuple(items),
@@ -133,66 +100,87 @@ def make_plan(
 
 
 def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
-    """Return the scene with the settings that parts need. Raises the errors of parts, and as `_require_possible`."""
+    """Return the scene with the settings that parts need. Raises the errors of parts."""
     for part in PARTS:
         scene = part.prepare(scene, profile, channels)
-    _require_possible(scene, profile, channels)
+    possible = parts_of(profile)
+    for part in PARTS:
+        (part.require if part in possible else part.refuse)(scene, profile)
     return scene
 
 
-def _classification(
-    scans: Sequence[ChannelScan],
-    values: Sequence[ValueChoice],
+def _cases(
+    scene: Scene,
     profile: DeviceProfile,
-    kinds: Sequence[ClassificationName],
-    grid: Grid,
-) -> ClassificationChoice:
-    """Choose how values become colours; all channels have the same way."""
-    rays = [
-        ScanRays(scan.info, scan.measured, scan.functions, found, grid, scan.finest)
-        for scan, found in zip(scans, values, strict=True)
-    ]
-    return choose_classification(scans[0].scene, profile, kinds, rays)
-
-
-def _require_possible(scene: Scene, profile: DeviceProfile, channels: int) -> None:
-    """Raise if the scene wants what the device class, or a volume of so many channels, cannot have."""
-    if channels > 1 and not profile.has_shaders:
-        raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
-    if channels > 1 and scene.render.classification == "preclassified":
-        raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
-    for part in PARTS:
-        part.require(scene, profile)
-
-
-def _channel_scans(scene: Scene, scanned: Sequence[Scanned], segments: FoundSegments | None) -> list[ChannelScan]:
-    scans = []
+    scanned: Sequence[Scanned],
+    segments: FoundSegments | None,
+    labels: RawVolume | None,
+) -> list[Case]:
+    """Return the channels with all of their voxels, as parts begin with them. Raises the errors of parts."""
+    parts, cases = parts_of(profile), []
     for channel, found in zip(drawn_channels(scene), scanned, strict=True):
         own = scene.with_source(channel.spec).with_transfer(channel.transfer)
-        functions = used_functions(own, segments, resolved_functions(own, found.info, found.measured))
-        scans.append(
-            ChannelScan(channel.name, own, found.info, found.measured, functions, found.whole, segments, found.voxels)
+        case = Case(
+            channel=channel.name,
+            scene=own,
+            profile=profile,
+            info=found.info,
+            measured=found.measured,
+            functions=resolved_functions(own, found.info, found.measured),
+            crop=CropPlan(start_zyx=(0, 0, 0), stop_zyx=found.info.grid.shape_zyx),
+            grid=found.info.grid,
+            neighbours=tuple(part.beside for part in parts if part.beside is not None),
+            whole=found.whole,
+            voxels=found.voxels,
+            segments=segments,
+            labels=labels,
         )
-    return scans
+        for part in PARTS:
+            case = part.begin(case)
+        cases.append(case)
+    return cases
 
 
-def _common_crop(scene: Scene, scans: Sequence[ChannelScan]) -> CropPlan:
+def _joined(scene: Scene, cases: Sequence[Case]) -> Joint:
+    """Plan each channel, and then what they share. Raises the errors of parts."""
+    first, parts, planned = cases[0], parts_of(cases[0].profile), []
+    for case in cases:
+        for part in parts:
+            case = part.plan(case)  # noqa: PLW2901 - each part adds its decision
+        planned.append(case)
+    shared = Shared(
+        profile=first.profile,
+        crop=first.crop,
+        grid=first.grid,
+        render=RenderSettings(projection=scene.render.projection, tolerance=scene.tolerance),
+        rays=RaySampling(step_mm=min(first.grid.spacing_mm_zyx)),
+        compositing=scene.render.compositing,
+    )
+    joint = Joint(scene, tuple(planned), shared)
+    for part in parts:
+        joint = part.join(joint)
+    return joint
+
+
+def _items(case: Case, plan: ChannelPlan) -> list[PlanItem]:
+    return [item for part in parts_of(case.profile) for item in part.items(plan, case)]
+
+
+def _common_crop(scene: Scene, cases: Sequence[Case]) -> CropPlan:
     """Return the smallest box that holds what each channel shows."""
     shown = COMPOSITINGS[scene.render.compositing].visible_table
     # Not for normals that nothing lights by: the verb that adds them to a draft would have to begin again.
     reach = 0 if scene.render.lighting == "none" else 1
-    crops = []
-    for scan in scans:
-        boxes = style_boxes(scan.scene, scan.segments)
-        crops.append(
-            choose_crop(
-                scene.crop,
-                [shown(Table.exact(each)) for each in scan.functions],
-                scan.measured.ranges_zyx,
-                reach=reach,
-                boxes=[boxes.get(each.name) for each in scan.functions],
-            )
+    crops = [
+        choose_crop(
+            scene.crop,
+            [shown(Table.exact(each)) for each in case.functions],
+            case.measured.ranges_zyx,
+            reach=reach,
+            boxes=[case.boxes.get(each.name) for each in case.functions],
         )
+        for case in cases
+    ]
     z0, y0, x0 = (min(crop.start_zyx[axis] for crop in crops) for axis in range(3))
     z1, y1, x1 = (max(crop.stop_zyx[axis] for crop in crops) for axis in range(3))
     return CropPlan(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, Quantizer
 from volprep.plan.records import (
+    ChannelPlan,
     LevelPlan,
     LookupPlan,
     PalettePlan,
@@ -16,6 +17,7 @@ from volprep.plan.room import Beside, Misfit
 from volprep.scene.scene import LightFactor
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.program import ProgramDesign
 from volprep_formats.textures.block_formats import CompressedFormat
 
 
@@ -55,6 +57,24 @@ class Layout:
     """Levels that the package holds, finest first."""
     volumes: tuple[VolumePlan, ...]
     """Their textures."""
+    programs: tuple[ProgramDesign, ...] = ()
+    """Programs that draw them, one for each transfer function that has pictures of its own."""
+
+
+@dataclass(frozen=True)
+class Packed:
+    """Levels that several channels share, if any, and the decisions."""
+
+    volumes: tuple[VolumePlan, ...]
+    """Textures in common, of each level."""
+    reason: str
+    """Why channels share texels, or why they do not."""
+    items: tuple[PlanItem, ...]
+    """The decision, where there is one to make."""
+
+    def of(self, plan: ChannelPlan) -> tuple[VolumePlan, ...]:
+        """Return the textures of a channel: the ones it shares, or its own."""
+        return self.volumes if any(plan.channel in each.channels for each in self.volumes) else plan.volumes
 
 
 @dataclass(frozen=True)

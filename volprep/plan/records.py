@@ -22,7 +22,7 @@ from volprep_formats.source import ChannelName
 from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat
 
 Index = Annotated[int, Field(ge=0)]
-PartPlan = TypeVar("PartPlan", bound=Record)
+PartPlan = TypeVar("PartPlan")
 PREVIEW = "preview.png"
 """File of the preview picture."""
 
@@ -159,7 +159,7 @@ class PalettePlan(Record):
     """Number of entries."""
 
 
-def part_of(parts: Iterable[Record], kind: type[PartPlan]) -> PartPlan | None:
+def part_of(parts: Iterable[object], kind: type[PartPlan]) -> PartPlan | None:
     """Return the first of `parts` that is of this kind; None if no part is."""
     return next((part for part in parts if isinstance(part, kind)), None)
 

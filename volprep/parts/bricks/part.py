@@ -5,19 +5,13 @@ from collections.abc import Iterator
 from volprep.parts.ablation import AblationItem, always, by_the_scene
 from volprep.parts.bricks.decision import KIND, describe_bricks, require_bricks
 from volprep.parts.bricks.stage import STAGE
-from volprep.parts.part import Decided, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Part
 from volprep.plan.records import ChannelPlan
-from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
-from volprep_formats.package.profile import DeviceProfile
 
 
-def _require(scene: Scene, profile: DeviceProfile) -> None:
-    if profile.has_shaders:
-        require_bricks(scene, profile)
-
-
-def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_bricks(plan.volumes, plan.profile)
 
 
@@ -27,7 +21,7 @@ def _has(manifest: Manifest, _transfer: str) -> bool:
 
 PART = Part(
     name="bricks",
-    require=_require,
+    require=require_bricks,
     items=_items,
     stages=(STAGE,),
     ablations=(

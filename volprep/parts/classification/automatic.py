@@ -9,30 +9,23 @@ Where the plan chooses the step, each kind gets the longest one that keeps the p
 the scene states the step, or no step keeps the promise, all get the time of lookup tables, and the least error wins.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
 from volprep.parts.programs.patch_rays import PatchRays
+from volprep.parts.programs.source_rays import SourceRays
 from volprep.parts.programs.step import MARGIN_OF_VIEWS, has_error_of_steps, layers_of, source_rays
 from volprep.parts.programs.step_bench import LongestStep, StepBench, in_voxels, longest_step
-from volprep.plan.decisions import ValueChoice
 from volprep.plan.probe import PictureDifference
-from volprep.scan.statistics import Measured
-from volprep.scene.scene import Scene
-from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.source import SourceInfo
 
 KIND = "classification"
 """Kind of its item of the plan."""
-_KINDS: tuple[ClassificationName, ...] = ("lookup", "preintegrated", "control-points")
-"""The first is the default, which works with everything."""
 _SEGMENT = 1.55
 """Cost of a pre-integrated segment, in samples with a lookup table. Nine fetches in place of two took 1.40 to 1.61
 times the time (llvmpipe, time of the processor, 3D textures and mosaics, unlit and lit)."""
@@ -48,24 +41,6 @@ than that from driver to driver."""
 
 
 @dataclass(frozen=True)
-class ScanRays:
-    """Measurements of one channel."""
-
-    info: SourceInfo
-    """Description of the source."""
-    measured: Measured
-    """Measurements of the source."""
-    functions: tuple[TransferFunction, ...]
-    """Its transfer functions."""
-    values: ValueChoice
-    """Its codes, and the length of its lookup tables."""
-    grid: Grid
-    """Grid of level 0."""
-    finest: Sequence[PatchRays] = ()
-    """Rays of views through level 0, if the whole source is known."""
-
-
-@dataclass(frozen=True)
 class ClassificationChoice:
     """How values become colours."""
 
@@ -75,47 +50,28 @@ class ClassificationChoice:
     """Why, for people."""
 
 
-def possible_kinds(scene: Scene, require: Callable[[Scene], object]) -> tuple[ClassificationName, ...]:
-    """Return what the classification of a scene may be, the default first.
-
-    `require` raises for a scene that cannot be built.
-    """
-    wanted = scene.render.classification
-    if wanted != "auto":
-        return (wanted,)
-
-    def is_possible(kind: ClassificationName) -> bool:
-        try:
-            require(scene.with_classification(kind))
-        except VolprepError:
-            return False
-        return True
-
-    return (_KINDS[0], *(kind for kind in _KINDS[1:] if is_possible(kind)))
-
-
-def choose_classification(
-    scene: Scene, profile: DeviceProfile, kinds: Sequence[ClassificationName], scans: Sequence[ScanRays]
-) -> ClassificationChoice:
-    """Choose one of `kinds` for a scene that wants "auto"; `scans` has one record for each channel."""
-    if reason := _unmeasured(scene, profile, kinds, len(scans)):
+def choose_classification(cases: Sequence[Case]) -> ClassificationChoice:
+    """Choose one of the classifications that the scene may have, where it wants "auto"."""
+    scene, kinds = cases[0].scene, cases[0].classifications
+    if reason := _unmeasured(cases):
         return ClassificationChoice(kinds[0], reason)
-    (scan,) = scans
-    has_levels = max(scan.grid.shape_zyx) > scene.pyramid.coarsest_longest_axis
+    (case,) = cases
+    has_levels = max(case.grid.shape_zyx) > scene.pyramid.coarsest_longest_axis
     if has_levels and scene.segments is None:
         # A level whose table was fitted has 0.6 to 0.8 times the error of one with the common function (GUIDE).
-        kinds = [kind for kind in kinds if kind != "control-points"]
-    voxel_mm = min(scan.grid.spacing_mm_zyx)
-    rays = scan.finest or [source_rays(scene, scan.info, scan.measured, scan.grid)]
-    benches = {kind: _bench(kind, scene, profile, scan, rays) for kind in kinds}
+        kinds = tuple(kind for kind in kinds if kind != "control-points")
+    voxel_mm = min(case.grid.spacing_mm_zyx)
+    of_views = case.part(SourceRays)
+    rays = of_views.finest if of_views else [source_rays(scene, case.info, case.measured, case.grid)]
+    benches = {kind: _bench(kind, case, rays) for kind in kinds}
     if not benches[kinds[0]].sees:
         return ClassificationChoice(kinds[0], "no ray of a sample sees anything, so that nothing was measured")
-    costs = {kind: _cost(kind, scan.functions, with_segments=scene.segments is not None) for kind in kinds}
+    costs = {kind: _cost(kind, case.functions, with_segments=scene.segments is not None) for kind in kinds}
     step = scene.render.step_voxels
     if step != "auto":
         return _most_exact(benches, costs, step, voxel_mm)
     usual = COMPOSITINGS[scene.render.compositing].step_voxels
-    margin = MARGIN_OF_VIEWS if scan.finest else 1.0
+    margin = MARGIN_OF_VIEWS if of_views else 1.0
     steps = {kind: longest_step(bench, voxel_mm, scene.tolerance, usual, margin) for kind, bench in benches.items()}
     if not any(found.keeps for found in steps.values()):
         return _most_exact(benches, costs, steps[kinds[0]].voxels, voxel_mm)
@@ -129,11 +85,11 @@ def describe_classification(choice: ClassificationChoice | None) -> list[PlanIte
     return [PlanItem(name="classification", kind=KIND, kept=True, reason=f"{choice.name}: {choice.reason}")]
 
 
-def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[ClassificationName], channels: int) -> str | None:
+def _unmeasured(cases: Sequence[Case]) -> str | None:
     """Return why nothing is measured; None if it is."""
+    scene, kinds = cases[0].scene, cases[0].classifications
     reasons = {
-        "devices without shaders have palettes": not profile.has_shaders,
-        "several channels share tables in one picture": channels > 1,
+        "several channels share tables in one picture": len(cases) > 1,
         "the scene allows no other kind": len(kinds) == 1,
         "rays of the scan do not tell which error a step makes": not has_error_of_steps(
             scene.with_classification(kinds[0])
@@ -142,17 +98,16 @@ def _unmeasured(scene: Scene, profile: DeviceProfile, kinds: Sequence[Classifica
     return next((reason for reason, holds in reasons.items() if holds), None)
 
 
-def _bench(
-    kind: ClassificationName, scene: Scene, profile: DeviceProfile, scan: ScanRays, rays: Sequence[PatchRays]
-) -> StepBench:
-    exact = [Table.exact(each) for each in scan.functions]
-    window, entries = scan.values.quantize.window, scan.values.entries
+def _bench(kind: ClassificationName, case: Case, rays: Sequence[PatchRays]) -> StepBench:
+    exact = [Table.exact(each) for each in case.functions]
+    window, entries = case.values.quantize.window, case.values.entries
+    render = case.scene.render
     return StepBench(
-        COMPOSITINGS[scene.render.compositing],
+        COMPOSITINGS[render.compositing],
         exact,
         rays,
         is_segments=kind == "preintegrated",
-        layers=layers_of(scene.render.technique, profile),
+        layers=layers_of(render.technique, case.profile),
         drawn=[each.resampled(window, entries) for each in exact] if kind == "lookup" else (),
     )
 

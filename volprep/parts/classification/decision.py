@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
 from volprep.parts.values.decision import TABLE_SHARE
 from volprep.plan.decisions import Tables, ValueChoice
 from volprep.plan.item_kinds import TABLE_NAMES
@@ -27,7 +28,6 @@ from volprep.transfer.segment_light import segment_light
 from volprep.transfer.texel_forms import LARGEST_HALF, opaque_per_mm
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
@@ -59,7 +59,14 @@ def tables_bytes(wishes: SceneRender, profile: DeviceProfile, entries: int) -> i
     return entries * BYTES_PER_TEXEL[_texel_format(profile)]
 
 
-def require_classification(scene: Scene) -> None:
+def require_one_channel(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
+    """Raise VP1244 for classified voxels of several channels."""
+    if channels > 1 and scene.render.classification == "preclassified":
+        raise VolprepError("VP1244", path=scene.name, what="voxels that are classified")
+    return scene
+
+
+def require_classification(scene: Scene, _profile: DeviceProfile) -> None:
     """Raise VP3041, VP3045 and VP3046 if the scene has what its classification or compositing excludes."""
     name = scene.render.classification
     if name == "colour":
@@ -123,34 +130,29 @@ def _require_compositing(scene: Scene) -> None:
                 raise VolprepError("VP3118", transfer=transfer.name, low=low, high=high)
 
 
-def require_isovalues(scene: Scene, _grid: Grid, functions: tuple[TransferFunction, ...], measured: Measured) -> None:
-    """Raise VP3116 for an isovalue that no voxel reaches, VP3117 for one that the transfer function does not show."""
-    if not COMPOSITINGS[scene.render.compositing].isovalue:
-        return
-    low, high = measured.statistics.minimum, measured.statistics.maximum
-    for function in functions:
+def require_isovalues(case: Case) -> Case:
+    """Return the channel. Raises VP3116 for an isovalue that no voxel has, VP3117 for one that the function hides."""
+    if not COMPOSITINGS[case.scene.render.compositing].isovalue:
+        return case
+    low, high = case.measured.statistics.minimum, case.measured.statistics.maximum
+    for function in case.functions:
         isovalue = function.isovalue or 0.0
         if not low <= isovalue <= high:
             raise VolprepError("VP3116", transfer=function.name, isovalue=isovalue, low=low, high=high)
         if not Table.exact(function).largest_extinction(isovalue, isovalue):
             raise VolprepError("VP3117", transfer=function.name, isovalue=isovalue)
+    return case
 
 
-def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
-    scene: Scene,
-    profile: DeviceProfile,
-    functions: tuple[TransferFunction, ...],
-    values: ValueChoice,
-    measured: Measured,
-    step: "StepLengths",
-) -> Tables:
-    """Choose the tables, as small as their error allows."""
-    wishes = scene.render
+def choose_tables(case: Case, step_mm: float) -> Tables:
+    """Choose the tables, as small as their error allows; `step_mm` is the step of the package."""
+    wishes, profile, functions, values = case.scene.render, case.profile, case.functions, case.values
+    step = StepLengths(segment_mm=step_mm, voxel_mm_zyx=case.info.grid.spacing_mm_zyx)
     if wishes.classification == "lookup":
         reason = f"{values.entries} entries: the sample of rays changes by {values.error.text}"
         lookups = tuple(_lookup(function, values.entries, profile, step.segment_mm) for function in functions)
         return Tables(lookups=lookups, reasons=(reason,) * len(functions))
-    rays = _Rays(values, measured, step)
+    rays = _Rays(values, case.measured, step)
     if wishes.classification == "palette":
         palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
         reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
@@ -169,7 +171,7 @@ def choose_tables(  # noqa: PLR0917 - what make_plan has found so far
     planned: list[PreintegratedPlan] = []
     texts: list[str] = []
     for function in functions:
-        entries, error = rays.smallest_table(function, profile, TABLE_SHARE * scene.tolerance.rmse)
+        entries, error = rays.smallest_table(function, profile, TABLE_SHARE * case.scene.tolerance.rmse)
         planned.append(_preintegrated(function, entries))
         texts.append(rays.preintegration_reason(function, entries, error))
     return Tables(preintegrated=tuple(planned), reasons=tuple(texts))

@@ -1,33 +1,52 @@
 """The part *classification*: turns values into colours."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
-from volprep.parts.classification.decision import describe_tables, require_classification, require_isovalues
+from volprep.parts.case import Case, Joint, Trial
+from volprep.parts.classification.automatic import ClassificationChoice, choose_classification, describe_classification
+from volprep.parts.classification.decision import (
+    choose_tables,
+    describe_tables,
+    require_classification,
+    require_isovalues,
+    require_one_channel,
+)
 from volprep.parts.classification.stage import STAGE
-from volprep.parts.part import Decided, Images, Part
-from volprep.plan.functions import describe_functions
+from volprep.parts.part import Images, Part
+from volprep.plan.decisions import Tables
 from volprep.plan.item_kinds import BEYOND, TABLES
 from volprep.plan.records import ChannelPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import WITH_TABLES, ProgramDesign
 
 _FLIP, _KEPT_LIGHT = 0.1, 0.7
 """Of preclassified voxels, about: a phantom of shells and soft parts had FLIP 0.08 to 0.09, and kept 0.717."""
 
 
-def _require(scene: Scene, profile: DeviceProfile) -> None:
-    if profile.has_shaders:
-        require_classification(scene)
+def _measure(cases: Sequence[Case], _trial: Trial) -> Sequence[Case]:
+    """Choose how values become colours; all channels have the same way."""
+    if not cases[0].classifications:
+        return cases
+    choice = choose_classification(cases)
+    return [
+        replace(case, scene=case.scene.with_classification(choice.name), decisions=(*case.decisions, choice))
+        for case in cases
+    ]
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    yield from describe_functions(decided.case.scene, plan.transfer_functions)
-    yield from describe_tables(plan, decided.tables)
-    yield from _of_voxels(decided.case.scene)
+def _join(joint: Joint) -> Joint:
+    tabled = [case.plus(choose_tables(case, joint.shared.rays.step_mm)) for case in joint.cases]
+    choice = joint.cases[0].part(ClassificationChoice)
+    return replace(joint, cases=tuple(tabled)).plus(items=describe_classification(choice))
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    yield from describe_tables(plan, case.decided(Tables))
+    yield from _of_voxels(case.scene)
 
 
 def _of_voxels(scene: Scene) -> Iterator[PlanItem]:
@@ -64,8 +83,11 @@ def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
 
 PART = Part(
     name="classification",
-    require=_require,
-    require_scan=require_isovalues,
+    prepare=require_one_channel,
+    require=require_classification,
+    begin=require_isovalues,
+    measure=_measure,
+    join=_join,
     items=_items,
     images=_images,
     stages=(STAGE,),

@@ -6,12 +6,11 @@ through them give the pictures. A form that these do not bear is refused. They s
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.case import Case, Neighbour
+from volprep.parts.case import Case
 from volprep.parts.compression.source_level import LevelData
 from volprep.parts.compression.whole import WholeLevel
 from volprep.parts.layout.decision import lay_out
@@ -20,7 +19,6 @@ from volprep.plan.decisions import CompressionChoice, Layout, ValueChoice
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, Quantizer, difference
 from volprep.plan.room import texture_bytes
-from volprep.plan.whole_source import WholeSource
 from volprep.scene.scene import FORMATS, Scene
 from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.diagnostics import VolprepError
@@ -53,10 +51,10 @@ def require_form(scene: Scene, profile: DeviceProfile) -> None:
         raise VolprepError("VP3070", **fields, known=", ".join(profile.texture_formats))
 
 
-def choose_form(case: Case, neighbours: Sequence[Neighbour], whole: WholeSource | None) -> CompressionChoice:
+def choose_form(case: Case) -> CompressionChoice:
     """Choose the form that the scene names, or with "auto" the smallest, if it changes pictures little enough.
 
-    Without the whole source a sample decides. A volume in colour has one form, which `colour.py` decides afterwards.
+    Without the whole source a sample decides. A volume in colour has one form, which `colour.py` has decided before.
     Raises VP3070 if the scene names a form that the profile does not have.
     """
     scene, profile = case.scene, case.profile
@@ -64,37 +62,32 @@ def choose_form(case: Case, neighbours: Sequence[Neighbour], whole: WholeSource 
     if wanted == "none":
         return CompressionChoice()
     require_form(scene, profile)
-    if scene.colour is not None:
-        # One trial of all channels follows, once they share texels (`colour.py`).
-        return CompressionChoice(COLOUR_FORM)
     known = [name for name in BLOCKS if name in profile.texture_formats and not BLOCKS[name].is_srgb]
     if reason := _why_never(scene, case.values, profile, known):
         return CompressionChoice(items=(PlanItem(name="compressed textures", kind=KIND, kept=False, reason=reason),))
     # A form that saves nothing is used only if the scene asks for it.
     smaller = sorted((name for name in known if bits_per_voxel(name) < _RAW_BITS), key=bits_per_voxel)
-    return _first_that_bears(case, neighbours, smaller if wanted == "auto" else [FORMATS[wanted]], whole)
+    return _first_that_bears(case, smaller if wanted == "auto" else [FORMATS[wanted]])
 
 
-def _first_that_bears(
-    case: Case, neighbours: Sequence[Neighbour], names: list[CompressedFormat], whole: WholeSource | None
-) -> CompressionChoice:
+def _first_that_bears(case: Case, names: list[CompressedFormat]) -> CompressionChoice:
     patches = _Patches(case)
     items: list[PlanItem] = []
     forms: list[FormTrial] = []
     wholes: dict[int, WholeLevel] = {}
     for name in names:
         try:
-            layout = lay_out(case, neighbours, name)
+            layout = lay_out(case, name)
         except VolprepError as error:
             if error.code != "VP3022":
                 raise
             items.append(misfit(name, case.profile))
             continue
         trial = patches.try_form(name, layout)
-        if trial.kept and whole is not None:
+        if trial.kept and case.whole is not None:
             level = layout.levels[0]
             if level.index not in wholes:
-                wholes[level.index] = WholeLevel(whole, _level_data(case, layout))
+                wholes[level.index] = WholeLevel(case.whole, _level_data(case, layout))
             trial = wholes[level.index].try_form(layout.volumes[0], name)
         forms.append(trial)
         items.append(item_of(trial))

@@ -3,18 +3,19 @@
 from collections.abc import Iterator
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene
+from volprep.parts.case import Case
 from volprep.parts.editing.decision import KIND, describe_editing, for_edits, plan_editing
-from volprep.parts.part import Decided, LaidOut, Part
+from volprep.parts.part import Part
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import Manifest, PlanItem
 
 
-def _plan(channel: LaidOut) -> EditingPlan | None:
-    return plan_editing(channel.case.scene, channel.case.grid, channel.layout.levels)
+def _plan(case: Case) -> Case:
+    return case.plus(plan_editing(case.scene, case.grid, case.layout.levels))
 
 
-def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_editing(plan.part(EditingPlan))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from volprep.parts.part import LaidOut
+from volprep.parts.case import Case
 from volprep.parts.skip.decision import measured_occupied
 from volprep.parts.skip.part import found_of
 from volprep.plan.products import FlattenedPlan
@@ -26,32 +26,32 @@ _CELL, _GRADIENT = 1, 2
 cells."""
 
 
-def plan_flattened(channel: LaidOut) -> FlattenedPlan | None:
+def plan_flattened(case: Case) -> FlattenedPlan | None:
     """Decide whether the levels of a channel are flattened."""
-    if _obstacle(channel) is not None:
+    if _obstacle(case) is not None:
         return None
-    share = _empty_share(channel)
+    share = _empty_share(case)
     if share < LEAST_SHARE:
         return None
-    scene = channel.case.scene
+    scene = case.scene
     differences = scene.render.lighting != "none" and scene.lighting.normals != "volume"
     return FlattenedPlan(reach=_GRADIENT if differences else _CELL, share=share)
 
 
-def _empty_share(channel: LaidOut) -> float:
+def _empty_share(case: Case) -> float:
     """Return the share of the measured blocks, of 16³ voxels, in which no transfer function shows anything."""
-    found = found_of(channel)
-    occupied = [measured_occupied(function, 0.0, found) for function in channel.case.functions]
+    found = found_of(case)
+    occupied = [measured_occupied(function, 0.0, found) for function in case.functions]
     return 1.0 - float(np.any(occupied, axis=0).mean())
 
 
-def _obstacle(channel: LaidOut) -> str | None:
+def _obstacle(case: Case) -> str | None:
     """Return why voxels keep their values whatever the scan holds; None if they may be flattened."""
-    return next((reason for reason, holds in _obstacles(channel.case.scene, channel) if holds), None)
+    return next((reason for reason, holds in _obstacles(case.scene, case) if holds), None)
 
 
-def _obstacles(scene: Scene, channel: LaidOut) -> Iterator[tuple[str, bool]]:
-    render, finest = scene.render, channel.layout.volumes[0]
+def _obstacles(scene: Scene, case: Case) -> Iterator[tuple[str, bool]]:
+    render, finest = scene.render, case.layout.volumes[0]
     yield 'the scene does not ask for it: textures.flatten is "none"', scene.textures.flatten == "none"
     yield "users may edit transfer functions", scene.editable or scene.skip.ranges
     yield "labels keep their numbers", bool(scene.source.labels)
@@ -70,11 +70,11 @@ def _obstacles(scene: Scene, channel: LaidOut) -> Iterator[tuple[str, bool]]:
     yield "channels share texels", scene.together is not None or scene.textures.channels == "packed"
 
 
-def describe_flattened(plan: FlattenedPlan | None, channel: LaidOut) -> Iterator[PlanItem]:
+def describe_flattened(plan: FlattenedPlan | None, case: Case) -> Iterator[PlanItem]:
     """Say whether voxels are flattened, and why."""
     if plan is None:
-        reason = _obstacle(channel) or (
-            f"{_empty_share(channel):.1%} of the volume is empty, in blocks of 16³ voxels; below {LEAST_SHARE:.0%} it "
+        reason = _obstacle(case) or (
+            f"{_empty_share(case):.1%} of the volume is empty, in blocks of 16³ voxels; below {LEAST_SHARE:.0%} it "
             "saves little"
         )
         yield PlanItem(name="flattened voxels", kind=KIND, kept=False, reason=reason)

@@ -4,16 +4,21 @@ from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
+from volprep.parts.case import Case
 from volprep.parts.flattened.decision import KIND, describe_flattened, plan_flattened
-from volprep.parts.part import Decided, Part
+from volprep.parts.part import Part
 from volprep.plan.products import FlattenedPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    return describe_flattened(plan.part(FlattenedPlan), decided.laid_out)
+def _plan(case: Case) -> Case:
+    return case.plus(plan_flattened(case))
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    return describe_flattened(plan.part(FlattenedPlan), case)
 
 
 def _has(manifest: Manifest, _transfer: str) -> bool:
@@ -26,7 +31,7 @@ def _chooser(scene: Scene) -> Literal["plan", "scene"]:
 
 PART = Part(
     name="flattened",
-    plan=plan_flattened,
+    plan=_plan,
     items=_items,
     ablations=(
         AblationItem(

@@ -1,14 +1,13 @@
 """Decide which levels a package holds, and in which layout: the finest that the device class has room for."""
 
 import math
-from collections.abc import Sequence
 
 from volprep.parts.bricks.decision import Bricks, as_bricks
-from volprep.parts.case import Case, Neighbour
+from volprep.parts.case import Case
 from volprep.parts.classification.decision import CLASSIFIED_BITS, tables_bytes
 from volprep.parts.layout.fit import fit_level
 from volprep.parts.levels.decision import candidate_levels, filter_of
-from volprep.parts.programs.decision import passes_before
+from volprep.parts.programs.decision import passes_before, ray_casters
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.decisions import Layout
 from volprep.plan.records import LevelPlan, VolumePlan
@@ -19,8 +18,8 @@ from volprep_formats.package.program import Rays
 from volprep_formats.textures.block_formats import CompressedFormat
 
 
-def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat | None) -> Layout:
-    """Lay the levels of a channel out beside the textures of `neighbours`, compressed if `form` is given.
+def lay_out(case: Case, form: CompressedFormat | None) -> Layout:
+    """Lay the levels of a channel out beside the textures of other parts, compressed if `form` is given.
 
     Raises VP3022 if the profile holds no level, VP3024, VP3044 and VP3071 for wishes that do not go together.
     """
@@ -40,7 +39,7 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
     units = (1 if table_bytes else 0) + passes
     beside = Beside(units=units, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification in {"preclassified", "colour"} else values.quantize.bits
-    rooms = [_beside(case, neighbours, layouts, level, beside) for level in candidates]
+    rooms = [_beside(case, layouts, level, beside) for level in candidates]
     fits = [
         room
         if isinstance(room, Misfit)
@@ -53,14 +52,13 @@ def lay_out(case: Case, neighbours: Sequence[Neighbour], form: CompressedFormat 
         kinds = Bricks(scene.bricks, scene.mosaic.order, values.quantize.filter, keep_empty=scene.crop == "none")
         fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
-    return Layout(layouts, beside, candidates, fits, levels, volumes)
+    programs = tuple(program for each in case.drawn_alone for program in ray_casters(each.name, volumes, scene))
+    return Layout(layouts, beside, candidates, fits, levels, volumes, programs)
 
 
-def _beside(
-    case: Case, neighbours: Sequence[Neighbour], layouts: DeviceProfile, level: LevelPlan, beside: Beside
-) -> Beside | Misfit:
+def _beside(case: Case, layouts: DeviceProfile, level: LevelPlan, beside: Beside) -> Beside | Misfit:
     """Return the room that everything else takes beside a level."""
-    for neighbour in neighbours:
+    for neighbour in case.neighbours:
         room = neighbour(case.scene, layouts, level, beside)
         if isinstance(room, Misfit):
             return room

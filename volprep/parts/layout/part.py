@@ -3,16 +3,23 @@
 from collections.abc import Iterator
 
 from volprep.parts.bricks.flat import index_zyx
+from volprep.parts.case import Case
+from volprep.parts.layout.decision import lay_out
 from volprep.parts.layout.items import describe_layout, describe_levels
-from volprep.parts.part import Decided, Images, Part
+from volprep.parts.part import Images, Part
+from volprep.plan.decisions import CompressionChoice
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    yield from describe_levels(plan, decided.case, decided.laid_out.layout)
-    yield from describe_layout(plan, decided.case.scene)
+def _plan(case: Case) -> Case:
+    return case.plus(lay_out(case, case.decided(CompressionChoice).form))
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    yield from describe_levels(plan, case, case.layout)
+    yield from describe_layout(plan, case.scene)
 
 
 def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:
@@ -37,4 +44,4 @@ def _places(plan: ChannelPlan, volume: VolumePlan) -> Images:
     return {bricks.file: ("rgba8unorm", index_zyx(shape_zyx, bricks.size, plan.profile))}
 
 
-PART = Part(name="layout", items=_items, images=_images)
+PART = Part(name="layout", plan=_plan, items=_items, images=_images)

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 from volprep.parts.ablation import AblationItem, Changes, Gain, by_the_scene
+from volprep.parts.case import Case
 from volprep.parts.normals.decision import KIND, beside_level, normal_items, plan_normals, wanted_normals
 from volprep.parts.normals.stage import STAGE
-from volprep.parts.part import Decided, Images, LaidOut, Part
+from volprep.parts.part import Images, Part
 from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Beside, Misfit
@@ -19,13 +20,13 @@ def _beside(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside: Besi
     return beside_level(beside, level, wanted_normals(scene), profile)
 
 
-def _plan(channel: LaidOut) -> NormalsPlan | None:
-    layout = channel.layout
-    return plan_normals(wanted_normals(channel.case.scene), layout.profile, layout.levels, layout.beside)
+def _plan(case: Case) -> Case:
+    layout = case.layout
+    return case.plus(plan_normals(wanted_normals(case.scene), layout.profile, layout.levels, layout.beside))
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    return normal_items(plan.part(NormalsPlan), decided.case.scene, plan.levels)
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    return normal_items(plan.part(NormalsPlan), case.scene, plan.levels)
 
 
 def _images(plan: ChannelPlan, _transfer: str, level: int, program: ProgramDesign | None) -> Images:

@@ -5,15 +5,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
 from volprep.plan.records import VolumePlan
-from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Light, ProgramDesign, Rays, Shadows, TechniqueName
-from volprep_formats.package.transfer_function import TransferFunction
 
 _TECHNIQUE_OF: dict[Shadows, TechniqueName] = {"map": "ray-casting", "half-angle": "view-slices"}
 """The technique that shadows need, where it is only one."""
@@ -71,11 +69,9 @@ def require_shadows(scene: Scene, profile: DeviceProfile) -> None:
             raise VolprepError("VP3162", shadows=shadows, what=what)
 
 
-def require_light_outside(
-    scene: Scene, grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured
-) -> None:
+def require_light_outside(case: Case) -> None:
     """Raise VP3163 for a light inside the volume, where shadows need its view: that would have no one direction."""
-    light = light_of(scene)
+    light, grid = light_of(case.scene), case.grid
     if light is None or light.shadows not in {"map", "half-angle"}:
         return
     place = (np.linalg.inv(grid.world_from_box) @ [*light.place_mm_xyz, 1.0])[:3]

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep.transfer.rays import segments
@@ -78,6 +79,22 @@ def most(found: Sequence[EarlyEnd]) -> EarlyEnd:
     return EarlyEnd(
         max(each.opacity for each in found), max(each.behind for each in found), max(each.saved for each in found)
     )
+
+
+def early_end_of(case: Case) -> EarlyEnd:
+    """Return the early end of the rays of one channel."""
+    quantize = case.values.quantize
+    # Rounding to a code, and to an entry of the lookup table, may reach a little beyond the values of the source.
+    first, last = quantize.window
+    slack = (last - first) * (1 / 255 + 1 / (case.values.entries - 1))
+    low, high = case.measured.statistics.minimum - slack, case.measured.statistics.maximum + slack
+    # The largest extinction of any value of the source, along the whole diagonal.
+    largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in case.functions)
+    opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*case.grid.extent_mm_zyx))
+    spacing_mm_zyx, cutoff = case.info.grid.spacing_mm_zyx, cutoff_of(case.scene)
+    rays_zyx, light = case.measured.rays_zyx, light_cost(case.scene)
+    behind = behind_cutoff(case.functions, rays_zyx, spacing_mm_zyx, quantize.filter, cutoff, light)
+    return EarlyEnd(opacity, *behind)
 
 
 def light_cost(scene: Scene) -> float:

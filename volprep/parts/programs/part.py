@@ -1,16 +1,21 @@
 """The part *programs*: the shaders that draw the levels."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change, time_or_wish
-from volprep.parts.part import Decided, Part
+from volprep.parts.case import Case, Joint
+from volprep.parts.part import Part
 from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, shader_files
-from volprep.parts.programs.early_end import AUTO_CUTOFF
+from volprep.parts.programs.early_end import AUTO_CUTOFF, EarlyEnd, describe_early_end, early_end_of, most
 from volprep.parts.programs.early_end import KIND as EARLY_END
+from volprep.parts.programs.source_rays import SourceRays
 from volprep.parts.programs.stage import STAGE
-from volprep.parts.programs.step import describe_steps
-from volprep.plan.records import ChannelPlan
+from volprep.parts.programs.step import choose_steps, common_steps, describe_steps, layers_of, measures_steps
+from volprep.plan.decisions import StepChoice
+from volprep.plan.products import SubvolumesPlan
+from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep.techniques.record import Technique
@@ -21,16 +26,60 @@ _PLAIN = "ray-casting"
 _KIND = "shaders"
 
 
+@dataclass(frozen=True)
+class RayChoice:
+    """Where the rays of one channel take samples, and where they end."""
+
+    steps: tuple[StepChoice, ...]
+    """Distance of the samples that suits each of its levels, finest first."""
+    early_end: EarlyEnd
+    """Largest opacity of its rays, and the samples behind the cutoff."""
+
+
 def _require(scene: Scene, profile: DeviceProfile) -> None:
     require_shadows(scene, profile)
-    if profile.has_shaders:
-        require_technique(scene, profile)
+    require_technique(scene, profile)
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
+def _plan(case: Case) -> Case:
+    require_light_outside(case)
+    scene, rays = case.scene, case.part(SourceRays)
+    steps = choose_steps(
+        scene,
+        case.functions,
+        case.info,
+        case.measured,
+        grid=case.grid,
+        levels=case.layout.levels,
+        in_pieces=_in_pieces(case),
+        layers=layers_of(scene.render.technique, case.profile),
+        finest=rays.finest if rays else (),
+        finer=rays.finer if rays else None,
+    )
+    return case.plus(RayChoice(steps, early_end_of(case)))
+
+
+def _in_pieces(case: Case) -> list[LevelPlan]:
+    """Return level 0 if the package draws it in pieces only."""
+    subvolumes, layout = case.part(SubvolumesPlan), case.layout
+    finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
+    return [level for level in finest if level.index < layout.levels[0].index]
+
+
+def _join(joint: Joint) -> Joint:
+    """Give all channels the finest step that one of them needs, and one early end."""
+    scene, choices = joint.scene, [case.decided(RayChoice) for case in joint.cases]
+    early_end = most([each.early_end for each in choices])
+    cutoff = early_end.cutoff(scene)
+    rays = common_steps([each.steps for each in choices]).model_copy(update={"opacity_cutoff": cutoff})
+    shared = joint.shared.model_copy(update={"rays": rays, "measure_steps": measures_steps(scene)})
+    return joint.plus(items=[describe_early_end(early_end, cutoff, scene)], shared=shared)
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     if plan.programs:
         yield _shaders(plan)
-    yield from describe_steps(plan.rays, decided.steps)
+    yield from describe_steps(plan.rays, case.decided(RayChoice).steps)
 
 
 def _shaders(plan: ChannelPlan) -> PlanItem:
@@ -83,7 +132,9 @@ def _drawn_by(technique: Technique) -> AblationItem:
 PART = Part(
     name="programs",
     require=_require,
-    require_scan=require_light_outside,
+    refuse=require_shadows,
+    plan=_plan,
+    join=_join,
     items=_items,
     stages=(STAGE,),
     ablations=(

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
-from volprep.parts.part import Decided, LaidOut, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Part
 from volprep.parts.programs.decision import shader_files
 from volprep.parts.proxy.decision import KIND, describe_proxy, plan_proxy
 from volprep.parts.proxy.files import DRACO_RULE
@@ -17,17 +18,17 @@ from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.storage.draft import Draft
 
 
-def _plan(channel: LaidOut) -> ProxyPlan | None:
-    wanted = channel.case.scene.proxy
-    return plan_proxy(wanted, channel.case.functions, channel.programs, found_of(channel)) if wanted else None
+def _plan(case: Case) -> Case:
+    wanted = case.scene.proxy
+    return case.plus(plan_proxy(wanted, case.functions, case.layout.programs, found_of(case))) if wanted else case
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    wanted = decided.case.scene.proxy
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    wanted = case.scene.proxy
     if wanted is not None:
         proxy = plan.part(ProxyPlan)
         listed = {path for program in plan.programs for path in shader_files(program)}
-        yield from describe_proxy(proxy, plan.transfer_functions, wanted, found_of(decided.laid_out), listed)
+        yield from describe_proxy(proxy, plan.transfer_functions, wanted, found_of(case), listed)
 
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:

@@ -10,10 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from volprep.parts.case import Case
-from volprep.parts.part import LaidOut
 from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.segments.beside import LOOK_UNITS, label_texture
-from volprep.parts.segments.extent import style_blocks
+from volprep.parts.segments.extent import style_blocks, style_boxes
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
@@ -30,7 +29,6 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import COMPOSITED, OF_ONE_VALUE, Segments, table_shape
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "segments"
@@ -105,27 +103,23 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield "a source of labels", bool(scene.source.labels), "name a scan as the source"
 
 
-def used_functions(
-    scene: Scene, found: FoundSegments | None, functions: tuple[TransferFunction, ...]
-) -> tuple[TransferFunction, ...]:
-    """Return the transfer functions that a picture of segments shows; all of them for a picture without segments.
+def within_styles(case: Case) -> Case:
+    """Return the channel with the transfer functions that a picture of segments shows, and where each is shown.
 
     Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function.
     """
-    if found is None or scene.segments is None:
-        return functions
-    used = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)[0].transfers
-    return tuple(each for each in functions if each.name in used)
+    boxes = style_boxes(case.scene, case.segments)
+    functions = tuple(each for each in case.functions if not boxes or each.name in boxes)
+    return replace(case, functions=functions, boxes=boxes)
 
 
-def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | None:
+def plan_segments(case: Case, empty_space: SkipInputs) -> SegmentsPlan | None:
     """Decide the picture of a scan with its segments.
 
     Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function, VP3224 where the profile
     has too few texture units.
     """
-    case, layout = channel.case, channel.layout
-    scene, found = case.scene, case.segments
+    scene, found, layout = case.scene, case.segments, case.layout
     if found is None or scene.segments is None:
         return None
     record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
@@ -139,7 +133,7 @@ def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | N
         **{name: getattr(record, name) for name in Segments.model_fields},
         order=order,
         format=format_,
-        textures=tuple(_textures(channel, record, others)),
+        textures=tuple(_textures(case, record, others)),
         looks="textures/looks-segments.ktx2",
         programs=tuple(ray_casters(record.name, layout.volumes, scene)),
         skip_tables=tables,
@@ -147,12 +141,12 @@ def plan_segments(channel: LaidOut, empty_space: SkipInputs) -> SegmentsPlan | N
     )
 
 
-def _textures(channel: LaidOut, record: Segments, others: int) -> Iterator[LabelTexturePlan]:
+def _textures(case: Case, record: Segments, others: int) -> Iterator[LabelTexturePlan]:
     """Return the labels of each level; so many `others` need a texture unit.
 
     Raises VP3224 where the profile has too few.
     """
-    case, layout = channel.case, channel.layout
+    layout = case.layout
     limit = case.profile.texture_units
     for level, volume in zip(layout.levels, layout.volumes, strict=True):
         taken = len(volume.files) + others

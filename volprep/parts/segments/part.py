@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from volprep.parts.part import Decided, Images, LaidOut, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Images, Part
 from volprep.parts.segments.beside import beside_segments
 from volprep.parts.segments.decision import (
     label_sets,
@@ -11,6 +12,7 @@ from volprep.parts.segments.decision import (
     segment_items,
     skip_tables,
     with_segments,
+    within_styles,
 )
 from volprep.parts.segments.level_light import settle
 from volprep.parts.segments.stage import STAGE
@@ -22,17 +24,17 @@ from volprep_formats.package.parts.segments.record import table_shape
 from volprep_formats.package.program import ProgramDesign
 
 
-def _plan(channel: LaidOut) -> SegmentsPlan | None:
-    return plan_segments(channel, found_of(channel))
+def _plan(case: Case) -> Case:
+    return case.plus(plan_segments(case, found_of(case)))
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    segments, case = plan.part(SegmentsPlan), decided.case
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    segments = plan.part(SegmentsPlan)
     if segments is not None and case.segments is not None:
         yield from segment_items(segments, case.segments, case.scene)
-        tables, item = skip_tables(case, segments, found_of(decided.laid_out))
+        tables, item = skip_tables(case, segments, found_of(case))
         yield item
-        yield label_sets(tables, decided.laid_out.layout.levels, case.profile)[1]
+        yield label_sets(tables, case.layout.levels, case.profile)[1]
 
 
 def _images(plan: ChannelPlan, _transfer: str, level: int, _program: ProgramDesign | None) -> Images:
@@ -48,6 +50,8 @@ PART = Part(
     name="segments",
     prepare=with_segments,
     require=require_possible,
+    refuse=require_possible,
+    begin=within_styles,
     beside=beside_segments,
     plan=_plan,
     items=_items,

@@ -5,7 +5,8 @@ from typing import Literal
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
-from volprep.parts.part import Decided, Images, LaidOut, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Images, Part
 from volprep.parts.skip.decision import KIND, RANGES_KIND, SkipInputs, describe_skip, plan_skip
 from volprep.parts.skip.stage import STAGE
 from volprep.parts.stage import required
@@ -17,9 +18,9 @@ from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
-def found_of(channel: LaidOut) -> SkipInputs:
+def found_of(case: Case) -> SkipInputs:
     """Return the inputs of decisions about empty space."""
-    case, layout = channel.case, channel.layout
+    layout = case.layout
     return SkipInputs(
         profile=layout.profile,
         crop=case.crop,
@@ -29,20 +30,19 @@ def found_of(channel: LaidOut) -> SkipInputs:
         levels=layout.levels,
         volumes=layout.volumes,
         measured=case.measured,
-        normals=channel.part(NormalsPlan),
+        normals=case.part(NormalsPlan),
         compositing=COMPOSITINGS[case.scene.render.compositing],
         editable=case.scene.editable,
         loops=TECHNIQUES[case.scene.render.technique].loops,
     )
 
 
-def _plan(channel: LaidOut) -> SkipPlan:
-    return plan_skip(channel.case.scene.skip, channel.case.drawn_alone, found_of(channel))
+def _plan(case: Case) -> Case:
+    return case.plus(plan_skip(case.scene.skip, case.drawn_alone, found_of(case)))
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    skip = required(plan.part(SkipPlan))
-    return describe_skip(skip, decided.case.drawn_alone, decided.case.scene.skip, found_of(decided.laid_out))
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    return describe_skip(required(plan.part(SkipPlan)), case.drawn_alone, case.scene.skip, found_of(case))
 
 
 def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:

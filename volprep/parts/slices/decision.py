@@ -25,6 +25,13 @@ from volprep_formats.textures.paletted import PALETTE_BYTES
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, TextureFormat
 
 
+def require_one_channel(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
+    """Raise VP1244 for stacks of slices of several channels."""
+    if channels > 1 and not profile.has_shaders:
+        raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
+    return scene
+
+
 def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:
     """Raise VP3060 where a scene asks for slices, and its profile has shaders."""
     if scene.slices is not None:
@@ -43,6 +50,11 @@ class SlicesChoice:
     """Finer levels, and why they do not fit."""
     settings: SliceSettings
     """The settings of the scene."""
+
+    @property
+    def distance_mm(self) -> float:
+        """Least distance of two slices."""
+        return min(stack.distance_mm for stack in self.slices.stacks)
 
 
 def plan_of_slices(

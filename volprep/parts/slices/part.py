@@ -1,19 +1,42 @@
 """The part *slices*: stacks of slices, for devices without shaders."""
 
+from collections.abc import Iterator
+
+from volprep.parts.case import Case, Joint
 from volprep.parts.part import Images, Part
-from volprep.parts.slices.decision import refuse_slices
+from volprep.parts.programs.step import common_steps
+from volprep.parts.slices.decision import (
+    SlicesChoice,
+    describe_slices,
+    plan_of_slices,
+    refuse_slices,
+    require_one_channel,
+)
 from volprep.parts.slices.error import settle
 from volprep.parts.slices.stage import STAGE
+from volprep.plan.decisions import Layout, StepChoice
 from volprep.plan.products import SlicesPlan
 from volprep.plan.records import ChannelPlan
-from volprep.scene.scene import Scene
-from volprep_formats.package.profile import DeviceProfile
+from volprep.plan.room import Beside
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
-def _require(scene: Scene, profile: DeviceProfile) -> None:
-    if profile.has_shaders:
-        refuse_slices(scene, profile)
+def _plan(case: Case) -> Case:
+    choice = plan_of_slices(case.channel, case.scene, case.profile, case.grid, case.functions)
+    layout = Layout(case.profile, Beside(units=0, bytes=0), [], [], (choice.level,), ())
+    return case.plus(choice, choice.slices, layout)
+
+
+def _join(joint: Joint) -> Joint:
+    """Let rays have the distance of the slices."""
+    choices = [case.decided(SlicesChoice) for case in joint.cases]
+    steps = [StepChoice(choice.level.index, choice.distance_mm, "the distance of voxels") for choice in choices]
+    return joint.plus(shared=joint.shared.model_copy(update={"rays": common_steps([steps])}))
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    return describe_slices(plan, case.decided(SlicesChoice))
 
 
 def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesign | None) -> Images:
@@ -24,4 +47,15 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesi
     return {each.file: (slices.format, (1, *each.shape_yx)) for each in textures}
 
 
-PART = Part(name="slices", require=_require, images=_images, stages=(STAGE,), settle=settle)
+PART = Part(
+    name="slices",
+    prepare=require_one_channel,
+    devices="without shaders",
+    refuse=refuse_slices,
+    plan=_plan,
+    join=_join,
+    items=_items,
+    images=_images,
+    stages=(STAGE,),
+    settle=settle,
+)

@@ -4,26 +4,26 @@ from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
-from volprep.parts.part import Decided, LaidOut, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Part
 from volprep.parts.subvolumes.decision import KIND, describe_subvolumes, plan_subvolumes, voxels_of
 from volprep.parts.subvolumes.stage import STAGE
-from volprep.plan.products import SegmentsPlan, SubvolumesPlan
+from volprep.plan.products import SegmentsPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.storage.draft import Draft
 
 
-def _plan(channel: LaidOut) -> SubvolumesPlan | None:
-    case = channel.case
-    stored, segments = case.values.quantize, channel.part(SegmentsPlan)
+def _plan(case: Case) -> Case:
+    stored, segments = case.values.quantize, case.part(SegmentsPlan)
     voxels = voxels_of(case.scene, stored.bits, stored.filter, segments)
     pictures = (segments.name,) if segments else tuple(each.name for each in case.functions)
-    return plan_subvolumes(case.scene, case.profile, case.grid, voxels, channel.layout.volumes, pictures)
+    return case.plus(plan_subvolumes(case.scene, case.profile, case.grid, voxels, case.layout.volumes, pictures))
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    return describe_subvolumes(plan, decided.case.scene)
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    return describe_subvolumes(plan, case.scene)
 
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:

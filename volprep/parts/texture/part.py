@@ -3,14 +3,15 @@
 from collections.abc import Iterator
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene
-from volprep.parts.part import Decided, Part
+from volprep.parts.case import Case
+from volprep.parts.part import Part
 from volprep.parts.texture.mipmaps import KIND, describe_mipmaps
 from volprep.parts.texture.stage import STAGE
 from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import Manifest, PlanItem
 
 
-def _items(plan: ChannelPlan, _decided: Decided) -> Iterator[PlanItem]:
+def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_mipmaps(plan.levels, plan.volumes)
 
 

@@ -14,7 +14,7 @@ from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
-from volprep.parts.together.packing import Packed
+from volprep.plan.decisions import Packed
 from volprep.plan.item_kinds import BEYOND
 from volprep.plan.products import SkipTablePlan, TogetherPlan
 from volprep.plan.records import ChannelPlan, LevelPlan

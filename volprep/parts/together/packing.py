@@ -10,13 +10,13 @@ are drawn together.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import get_args
 
 from volprep.parts.compression.decision import COLOUR_FORM
 from volprep.parts.mosaic.decision import MOST_TEXTURES, mosaic_of, mosaic_text, part_names
 from volprep.parts.mosaic.packing import Packing
 from volprep.parts.texture.mipmaps import in_one_texture
+from volprep.plan.decisions import Packed
 from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan, VolumePlan
 from volprep.plan.room import Beside, Misfit, if_held, texture_bytes, too_large
@@ -28,22 +28,6 @@ from volprep_formats.textures.texel_formats import SRGB, TextureFormat, size_byt
 _FORMATS: dict[int, TextureFormat] = {2: "rg8unorm", 3: "rgb8unorm", 4: "rgba8unorm"}
 _MOST = 4
 """Components of a texel."""
-
-
-@dataclass(frozen=True)
-class Packed:
-    """Levels that several channels share, if any, and the decisions."""
-
-    volumes: tuple[VolumePlan, ...]
-    """Textures in common, of each level."""
-    reason: str
-    """Why channels share texels, or why they do not."""
-    items: tuple[PlanItem, ...]
-    """The decision, where there is one to make."""
-
-    def of(self, plan: ChannelPlan) -> tuple[VolumePlan, ...]:
-        """Return the textures of a channel: the ones it shares, or its own."""
-        return self.volumes if any(plan.channel in each.channels for each in self.volumes) else plan.volumes
 
 
 def pack_channels(plans: Sequence[ChannelPlan], scene: Scene, together: Sequence[str]) -> Packed:

@@ -8,12 +8,11 @@ what such a ray is off by, however fine the voxels are.
 import math
 from collections.abc import Sequence
 
+from volprep.parts.case import Case
 from volprep.scan.relabelled import LARGEST_LABEL, MOST_LABELS
-from volprep.scan.statistics import Measured
-from volprep.scene.scene import Scene, SceneRender
+from volprep.scene.scene import SceneRender
 from volprep.shading.classification import splits_voxels
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
@@ -26,17 +25,16 @@ _FINEST_STEP_VOXELS = 0.125
 """No finer step for labels so dense that only a step of nothing would do."""
 
 
-def require_distinct_labels(
-    scene: Scene, _grid: Grid, _functions: tuple[TransferFunction, ...], _measured: Measured
-) -> None:
-    """Raise VP3043 for a classification that gives a label colours of others, VP3286 for light on labels."""
-    render = scene.render
+def require_distinct_labels(case: Case) -> Case:
+    """Return the channel. Raises VP3043 for a classification that gives labels colours of others, VP3286 for light."""
+    scene, render = case.scene, case.scene.render
     if scene.source.labels and render.lighting != "none":
         raise VolprepError("VP3286", lighting=render.lighting)
     if scene.source.labels and render.classification == "preintegrated":
         raise VolprepError("VP3043", problem="a pre-integrated segment passes through all values between two labels")
     if scene.source.labels and render.classification == "palette" and render.palette_entries <= LARGEST_LABEL:
         raise VolprepError("VP3043", problem=f"they share the {render.palette_entries} entries of the palette")
+    return case
 
 
 def label_step_voxels(

@@ -1,20 +1,35 @@
 """The part *values*: codes of 8 or 16 bits, and the crop."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, Gain, always
-from volprep.parts.part import Decided, Part
-from volprep.parts.values.items import BORDER_KIND, WIDE_KIND, describe_codes
+from volprep.parts.case import Case, Joint, Trial
+from volprep.parts.part import Part
+from volprep.parts.values.decision import choose_values
+from volprep.parts.values.items import BORDER_KIND, WIDE_KIND, describe_border, describe_codes
 from volprep.parts.values.labels import require_distinct_labels
 from volprep.parts.values.stage import STAGE
+from volprep.plan.functions import describe_functions
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 
 
-def _items(plan: ChannelPlan, decided: Decided) -> Iterator[PlanItem]:
-    return describe_codes(plan, decided.case.scene, decided.case.values)
+def _measure(cases: Sequence[Case], _trial: Trial) -> list[Case]:
+    """Choose the codes of each channel. Raises VP3020, VP3021, VP3025 and VP3026 for codes that cannot be."""
+    return [
+        case.plus(choose_values(case.scene, case.profile, case.info, case.measured, case.functions)) for case in cases
+    ]
+
+
+def _join(joint: Joint) -> Joint:
+    return joint.plus(items=describe_border(joint.shared, joint.scene, joint.cases[0].info))
+
+
+def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    yield from describe_codes(plan, case.scene, case.values)
+    yield from describe_functions(case.scene, plan.transfer_functions)
 
 
 def _has_border(manifest: Manifest, _transfer: str) -> bool | None:
@@ -38,7 +53,10 @@ def _chooser_of_bits(scene: Scene) -> Literal["plan", "scene"]:
 
 PART = Part(
     name="values",
-    require_scan=require_distinct_labels,
+    devices="any",
+    begin=require_distinct_labels,
+    measure=_measure,
+    join=_join,
     items=_items,
     stages=(STAGE,),
     ablations=(
