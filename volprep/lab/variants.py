@@ -9,9 +9,12 @@ from pydantic import ValidationError
 
 from volprep.parts.ablation import Changes
 from volprep.pipeline.build import build
+from volprep.scene.channels import SceneChannel, drawn_channels
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
+from volprep.validation.scan import Judge
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.record import problems
@@ -53,6 +56,19 @@ class Workshop:
             build(replace(self._request, scene=scene, profile=devices), target, Silent())
             self._made[key] = Made(Package.open(target), time.perf_counter() - began)
         return self._made[key]
+
+
+def first_channel(manifest: Manifest, judge: Judge, no_shaders: str, what: str) -> tuple[Scene, SceneChannel]:
+    """Return the scene of the first channel of a package alone, and the channel.
+
+    Raises the code `no_shaders` for devices without shaders, and VP3046 for `what` of a volume in colour.
+    """
+    if not manifest.profile.has_shaders:
+        raise VolprepError(no_shaders, profile=manifest.profile.name)
+    if judge.scene.colour is not None:
+        raise VolprepError("VP3046", what=what)
+    channel = drawn_channels(judge.scene)[0]
+    return judge.scene.with_source(channel.spec).with_transfer(channel.transfer), channel
 
 
 def with_changes(scene: Scene, changes: Changes) -> Scene:

@@ -34,12 +34,12 @@ class AblationItem:
     """Kind of the item of the plan that gives the reason."""
     gain: Callable[[Scene], Gain]
     """Purpose of the part, if it is kept."""
-    has: Callable[[Manifest, str], bool | None]
-    """Whether a package has it, for this transfer function; None if the question does not apply."""
     without: Changes
     """Keys of a scene that does not have it."""
     added: Callable[[Scene], Changes | None]
     """Keys of a scene that has it; None if only a scene that has it already can."""
+    stated: Callable[[Manifest], bool | None] | None = None
+    """Whether a package has it, where no item of the plan is kept just then; None if the question does not apply."""
     chosen_by: Callable[[Scene], Literal["plan", "scene"]] = _by_the_plan
     """The part of the plan that decides about it."""
     for_each_transfer: bool = False
@@ -48,6 +48,13 @@ class AblationItem:
     """Whether it trades accuracy; then the root mean square of a view's change counts, otherwise the largest change."""
     with_everything: bool = False
     """Whether the package with everything has it; of layouts that exclude each other none does."""
+
+    def has(self, manifest: Manifest, transfer: str) -> bool | None:
+        """Return whether a package has it, for a transfer function; None if the question does not apply."""
+        if self.stated is not None:
+            return self.stated(manifest)
+        about = {None, transfer}
+        return any(item.kept and item.kind == self.kind and {item.transfer} <= about for item in manifest.plan)
 
 
 def no_change(_scene: Scene) -> None:

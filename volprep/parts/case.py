@@ -54,6 +54,8 @@ class Case:
     """The source itself, where it has been imported; compression is decided on it."""
     voxels: RawVolume | None = None
     """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
+    drawn_alone: bool = True
+    """Whether each of its transfer functions has a picture of its own."""
     segments: FoundSegments | None = None
     """Segments of the scan; None if the scene wants none."""
     labels: RawVolume | None = None
@@ -88,10 +90,9 @@ class Case:
         return self.decided(Layout)
 
     @property
-    def drawn_alone(self) -> tuple[TransferFunction, ...]:
-        """Transfer functions that have pictures of their own: none if one picture of a scan has all of them."""
-        is_whole = self.segments is None and self.scene.render.classification != "colour"
-        return self.functions if is_whole else ()
+    def shown_alone(self) -> tuple[TransferFunction, ...]:
+        """Transfer functions that have pictures of their own."""
+        return self.functions if self.drawn_alone else ()
 
     def plan(self, shared: Shared) -> ChannelPlan:
         """Return the plan of the channel, as far as it has been decided."""

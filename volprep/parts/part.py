@@ -74,7 +74,7 @@ class Part:
     plan: Callable[[Case], Case] = _undecided
     """Decide whether a channel has it, and how: return the channel with the decision."""
     join: Callable[[Joint], Joint] = _unjoined
-    """Decide what all channels share, or draw together."""
+    """Decide what all channels share, or what draws them together; the last part begins."""
     items: Callable[[ChannelPlan, Case], Iterator[PlanItem]] = _no_items
     """List the decisions, for people. Each file that is planned belongs to one item."""
     images: Callable[[ChannelPlan, str, int, ProgramDesign | None], Images] = _no_images

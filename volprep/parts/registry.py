@@ -1,6 +1,8 @@
 """Every part that a package may have. A new part adds one line here; plan, stages, costs and validation loop over it.
 
-The order is that of decisions: a part sees the plans of those before it.
+The order is that of decisions about a channel: a part sees those before it. What channels share is decided in the
+opposite order: programs say how far samples are apart, tables of colours depend on that, and channels are
+drawn together, and in common texels, with their tables.
 """
 
 from volprep.parts.bricks.part import PART as BRICKS
@@ -27,12 +29,13 @@ from volprep.parts.values.part import PART as VALUES
 from volprep_formats.package.profile import DeviceProfile
 
 PARTS: tuple[Part, ...] = (
+    TOGETHER,
     VALUES,
     LEVELS,
     COMPRESSION,
     LAYOUT,
-    SLICES,
     FLATTENED,
+    CLASSIFICATION,
     NORMALS,
     LIGHT,
     MOSAIC,
@@ -43,9 +46,8 @@ PARTS: tuple[Part, ...] = (
     PROXY,
     SUBVOLUMES,
     EDITING,
+    SLICES,
     PROGRAMS,
-    CLASSIFICATION,
-    TOGETHER,
     HYBRID,
 )
 

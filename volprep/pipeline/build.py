@@ -25,11 +25,8 @@ from volprep.plan.level_choice import LevelChoice
 from volprep.plan.records import Plan
 from volprep.scan.import_segments import find_segments
 from volprep.scan.in_memory import InMemory
-from volprep.scan.segments.record import FoundSegments, holding_segments
-from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import measure
 from volprep.scene.channels import SceneChannel
-from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -106,19 +103,12 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         sources = {channel.name: each.measured.sha256 for channel, each in read}
         require_same_scan(*device, prepared.profile.name, sources)
     scanned = [each for _, each in read]
-    scene = prepared.scene
-    segments: tuple[FoundSegments, RawVolume] | tuple[()] = ()
+    first, segments, labels = scanned[0], None, None
     if prepared.segments is not None:
-        record, labels = find_segments(prepared.segments, scanned[0].info.grid, progress)
-        segments = record, InMemory.of(labels)
-    if prepared.first_look:
-        found = scanned[0].measured
-        info, faces = scanned[0].info, found.faces
-        scene = with_first_look(scene, prepared.profile, info, found.statistics, found.rays_zyx[0], faces=faces)
-        if segments:
-            holding = holding_segments(segments[0])
-            scene = with_segment_styles(scene, prepared.profile, scanned[0].info, found.statistics, holding)
-    return make_plan(scene, prepared.profile, scanned, *segments)
+        segments, found = find_segments(prepared.segments, first.info.grid, progress)
+        labels = InMemory.of(found)
+    scene = prepared.looked_at(first.info, first.measured, segments)
+    return make_plan(scene, prepared.profile, scanned, segments, labels)
 
 
 def scan_digests(request: Request, progress: Progress) -> dict[str, str]:

@@ -151,9 +151,8 @@ def cameras_from(grid: Grid, directions: Float64Array, projection: Projection) -
 
 
 def _levels(package: Package, transfer: str) -> list[Level]:
-    manifest = package.manifest
-    drawn = {level for each in manifest.programs if each.transfer == transfer for level in each.levels}
-    return [level for level in manifest.levels if level.index in drawn or not manifest.profile.has_shaders]
+    picture = package.manifest.picture(transfer)
+    return [package.manifest.level(drawing.level) for drawing in picture.drawings] if picture else []
 
 
 def _pixels(level: Level, height_mm: float) -> tuple[int, float]:

@@ -12,9 +12,7 @@ from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_segments import import_segments
 from volprep.scan.import_volume import NAME, import_key, import_volume
-from volprep.scan.segments.record import holding_segments
 from volprep.scan.statistics import Measured
-from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import ChannelPart, SourceRecord
@@ -69,19 +67,7 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     segments = None
     if prepared.segments is not None:
         segments = import_segments(draft, prepared.segments, records[0].info.grid, progress)
-    scene = prepared.scene
-    if prepared.first_look:
-        scene = with_first_look(
-            scene,
-            prepared.profile,
-            records[0].info,
-            measured[0].statistics,
-            measured[0].rays_zyx[0],
-            faces=measured[0].faces,
-        )
-        if segments is not None:
-            holding = holding_segments(segments)
-            scene = with_segment_styles(scene, prepared.profile, records[0].info, measured[0].statistics, holding)
+    scene = prepared.looked_at(records[0].info, measured[0], segments)
     draft.write(SCENE, "work", scene_bytes(scene))
     if start:
         draft.write(START, "work", start)
@@ -98,11 +84,10 @@ def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:
     """Return the scene of a request, with the transfer function that an earlier import made if none was given."""
     if not prepared.first_look:
         return prepared.scene
-    scene = scene_of(draft).with_source(prepared.scene.source)
-    wanted = prepared.scene.segments
-    if scene.segments is None or wanted is None:
-        return scene
-    return scene.with_segments(scene.segments.model_copy(update={"source": wanted.source}))
+    scene, wanted = scene_of(draft).with_source(prepared.scene.source), prepared.scene.segments
+    if scene.segments and wanted:
+        return scene.with_segments(scene.segments.model_copy(update={"source": wanted.source}))
+    return scene
 
 
 def scene_of(draft: Draft) -> Scene:

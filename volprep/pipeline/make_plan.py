@@ -101,9 +101,9 @@ def make_plan(
 
 def _prepared(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
     """Return the scene with the settings that parts need. Raises the errors of parts."""
-    for part in PARTS:
-        scene = part.prepare(scene, profile, channels)
     possible = parts_of(profile)
+    for part in possible:
+        scene = part.prepare(scene, profile, channels)
     for part in PARTS:
         (part.require if part in possible else part.refuse)(scene, profile)
     return scene
@@ -157,7 +157,7 @@ def _joined(scene: Scene, cases: Sequence[Case]) -> Joint:
         compositing=scene.render.compositing,
     )
     joint = Joint(scene, tuple(planned), shared)
-    for part in parts:
+    for part in reversed(parts):
         joint = part.join(joint)
     return joint
 

@@ -11,7 +11,10 @@ from volprep.scan.import_segments import SegmentSource
 from volprep.scan.label_map import NOT_LABELS, recognise_labels
 from volprep.scan.outside import finite_range
 from volprep.scan.repair import open_scan
+from volprep.scan.segments.record import FoundSegments, holding_segments
+from volprep.scan.statistics import Measured
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
+from volprep.scene.first_look import with_first_look, with_segment_styles
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -46,6 +49,15 @@ class Prepared:
             return None
         path = Path("/") / path_of_text(wanted.source)
         return SegmentSource(path, wanted.table, self.channels[0].spec, wanted.smoothing_mm)
+
+    def looked_at(self, info: SourceInfo, measured: Measured, segments: FoundSegments | None) -> Scene:
+        """Return the scene with the transfer functions that suit the measurements, if it has none."""
+        if not self.first_look:
+            return self.scene
+        statistics, faces = measured.statistics, measured.faces
+        scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)
+        holding = holding_segments(segments) if segments else ()
+        return with_segment_styles(scene, self.profile, info, statistics, holding)
 
     def sources(
         self, progress: Progress, folder: Path | None = None

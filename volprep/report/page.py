@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.proxy.files import DRACO_RULE
 from volprep.report import text
 from volprep.report.canvas import Plot
 from volprep.report.devices import device_parts
@@ -65,7 +64,6 @@ def page(report: Report, studies: Sequence[Study] = ()) -> str:
             files=manifest.files,
             file_bytes={record.path: record.size_bytes for record in manifest.files},
             way_names=_WAYS,
-            draco_rule=DRACO_RULE,
             source_bytes=report.cost.source_bytes,
             hero=_hero(report),
             kind=_kind(manifest),

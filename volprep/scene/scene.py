@@ -518,26 +518,25 @@ class Scene(Record):
 
     def lit(self, profile: DeviceProfile) -> Self:
         """Return the scene lit, if its default transfer function is a preset that needs light and none forbids it."""
-        return self._with_baked_light(profile)._with_headlight(profile)
+        # Devices of OpenGL ES 1.1 draw slices, and have no shaders.
+        return self._with_baked_light()._with_headlight() if profile.has_shaders else self
 
-    def _with_baked_light(self, profile: DeviceProfile) -> Self:
-        """Return the scene with the light of its preset that is computed once, if the profile can hold it."""
+    def _with_baked_light(self) -> Self:
+        """Return the scene with the light of its preset that is computed once."""
         preset = self.transfer[0].preset
         wanted = {} if preset is None else load_preset(preset).lighting
-        # Devices of OpenGL ES 1.1 draw slices, and have no shaders.
-        possible = profile.has_shaders
-        if not wanted or not possible or "baked" in self.lighting.model_fields_set:
+        if not wanted or "baked" in self.lighting.model_fields_set:
             return self
         stated = self.lighting.model_dump(exclude_unset=True)
         return self.model_copy(update={"lighting": LightingSettings.model_validate({**wanted, **stated})})
 
-    def _with_headlight(self, profile: DeviceProfile) -> Self:
+    def _with_headlight(self) -> Self:
         preset = self.transfer[0].preset
         normals = self.normals is not None and self.normals.space != "box"
         plain = self.render.compositing in LAID_OVER and self.render.classification != "preclassified"
         stays = "lighting" in self.render.model_fields_set or self.bricks is not None or self.textures.mipmaps
         stays = stays or self.lighting.baked != "none"
-        if preset is None or not load_preset(preset).lit or stays or normals or not plain or not profile.has_shaders:
+        if preset is None or not load_preset(preset).lit or stays or normals or not plain:
             return self
         return self.model_copy(update={"render": self.render.model_copy(update={"lighting": "headlight"})})
 

@@ -13,7 +13,7 @@ from volprep.lab.ablation.items import ITEMS
 from volprep.lab.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.lab.ablation.records import Ablation, AblationRow, Measurement, Outcome
 from volprep.lab.small_scan import read_scan, write_scan
-from volprep.lab.variants import Workshop, merged, with_changes
+from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import AblationItem, Changes
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, PREVIEW
 from volprep.render.choose import ray_caster_of
@@ -45,12 +45,8 @@ def measure_ablation(
     errors of building the scene itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
-    if not manifest.profile.has_shaders:
-        raise VolprepError("VP6080", profile=manifest.profile.name)
-    if judge.scene.colour is not None:
-        raise VolprepError("VP3046", what="an ablation")
-    first, *others = drawn_channels(judge.scene)
-    scene = judge.scene.with_source(first.spec).with_transfer(first.transfer)
+    scene, first = first_channel(manifest, judge, "VP6080", "an ablation")
+    others = drawn_channels(judge.scene)[1:]
     spec, reduced_by = write_scan(first.spec, folder / "scan.nrrd", progress, MOST_VOXELS)
     request = Request(with_changes(scene.with_source(spec), {"together": None}), judge.profile, judge.scene_path)
     bench = VariantBench(request, folder, picture_size or judge.picture_size)

@@ -13,12 +13,11 @@ from volprep.lab.curves.choices import CHOICES, Choice, Variant
 from volprep.lab.curves.front import with_front
 from volprep.lab.curves.records import Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
 from volprep.lab.small_scan import read_scan, write_scan
-from volprep.lab.variants import Workshop, merged, with_changes
+from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import Changes
 from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.render.timing import draws_with_processor
-from volprep.scene.channels import drawn_channels
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_flip
@@ -47,12 +46,7 @@ def measure_curves(
     errors of building the scene itself; a variant that cannot be built is reported.
     """
     began = time.perf_counter()
-    if not manifest.profile.has_shaders:
-        raise VolprepError("VP6050", profile=manifest.profile.name)
-    if judge.scene.colour is not None:
-        raise VolprepError("VP3046", what="curves")
-    channel = drawn_channels(judge.scene)[0]
-    scene = judge.scene.with_source(channel.spec).with_transfer(channel.transfer)
+    scene, channel = first_channel(manifest, judge, "VP6050", "curves")
     spec, reduced_by = write_scan(channel.spec, folder / "scan.nrrd", progress)
     longest = max(manifest.source.info.grid.shape_zyx) // reduced_by
     alone: Changes = {"together": None, "pyramid": {"coarsest_longest_axis": max(1, -(-longest // 4))}}

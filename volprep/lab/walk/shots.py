@@ -89,8 +89,7 @@ def walk_scene(package: Package, transfer: str | None, pixels: int) -> WalkScene
     files, level_grid, render = manifest.subvolumes, manifest.grid, manifest.render
     if files is None or level_grid is None or render is None:
         raise VolprepError("VP4050", path=package.path)
-    first = manifest.transfer_functions[0] if manifest.segments is None else manifest.segments
-    program = block_inputs(package, 0, transfer or first.name).program
+    program = block_inputs(package, 0, transfer or manifest.pictures[0].name).program
     ground = Ground(
         grid=decode_grid(package.read_bytes(files.grid), package.path, files.grid),
         level_grid=level_grid,
@@ -212,11 +211,11 @@ def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit
     Raises VP4053 for some values of a scan with segments.
     """
     package, transfer, level = scene.package, scene.program.transfer, inputs.level.index
-    segments = package.manifest.segments
+    picture = package.manifest.picture(transfer)
+    names = [medium.transfer for medium in picture.media] if picture else []
     if values.is_plain:
-        names = (transfer,) if segments is None else segments.transfers
         return None, {name: _drawn_function(package, inputs, name) for name in names}
-    if segments is not None:
+    if names != [transfer]:
         raise VolprepError("VP4053", path=package.path)
     function = package.manifest.function(transfer)
     wanted = values.of(function)

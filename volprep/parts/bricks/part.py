@@ -8,15 +8,11 @@ from volprep.parts.bricks.stage import STAGE
 from volprep.parts.case import Case
 from volprep.parts.part import Part
 from volprep.plan.records import ChannelPlan
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 
 
 def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_bricks(plan.volumes, plan.profile)
-
-
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return any(texture.bricks is not None for texture in manifest.textures if texture.role == "volume")
 
 
 PART = Part(
@@ -29,7 +25,6 @@ PART = Part(
             "bricks",
             KIND,
             always("memory"),
-            _has,
             without={"bricks": None},
             added=lambda _: {"bricks": {}},
             chosen_by=by_the_scene,

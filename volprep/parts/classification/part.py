@@ -76,7 +76,7 @@ def _chooser(scene: Scene) -> Literal["plan", "scene"]:
     return "plan" if scene.render.classification == "auto" else "scene"
 
 
-def _has_preintegrated(manifest: Manifest, _transfer: str) -> bool | None:
+def _has_preintegrated(manifest: Manifest) -> bool | None:
     names = {program.classification for program in manifest.programs}
     return "preintegrated" in names if names <= WITH_TABLES else None
 
@@ -96,9 +96,9 @@ PART = Part(
             "pre-integrated table",
             TABLES[PreintegratedPlan],
             always("truth"),
-            _has_preintegrated,
             without={"render": {"classification": "lookup"}},
             added=lambda scene: None if scene.editable else {"render": {"classification": "preintegrated"}},
+            stated=_has_preintegrated,
             chosen_by=_chooser,
             lossy=True,
         ),

@@ -11,7 +11,7 @@ from volprep.parts.part import Part
 from volprep.plan.decisions import CompressionChoice
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 
 
 def _plan(case: Case) -> Case:
@@ -20,10 +20,6 @@ def _plan(case: Case) -> Case:
 
 def _items(_plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     yield from case.decided(CompressionChoice).items
-
-
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return any(form.kept for form in manifest.compression)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:
@@ -40,7 +36,6 @@ PART = Part(
             "compressed texels",
             KIND,
             always("memory"),
-            _has,
             without={"textures": {"compression": "none"}},
             added=lambda _: {"textures": {"compression": "auto"}},
             chosen_by=_chooser,

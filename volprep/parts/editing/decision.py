@@ -12,13 +12,12 @@ from volprep.parts.levels.joint_histogram import reference_mm
 from volprep.parts.levels.level_input import BY_LOOKS
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
-from volprep.scene.scene import Scene, SliceSettings
+from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.editing.record import BINS, JointHistogram
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.textures.paletted import ENTRIES
 
 KIND = "joint-histograms"
 """Kind of its item of the plan."""
@@ -26,35 +25,22 @@ _HEADROOM = 4.0
 """Optical depth of a voxel, 98 % opacity, that tables of 8 bits leave room for: their scale is constant in shaders."""
 
 
-def for_edits(scene: Scene, profile: DeviceProfile, _channels: int) -> Scene:
+def for_edits(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
     """Return the scene with the wishes that editing brings, if it is to be editable. Raises VP3080 for others."""
     if not scene.editable:
         return scene
-    if not profile.has_shaders:
-        return _with_palettes(scene)
     frozen = {
         f"classification {scene.render.classification}": scene.render.classification != "lookup",
         f"pyramid.filter {scene.pyramid.filter}": scene.pyramid.filter in BY_LOOKS,
         "[proxy]": scene.proxy is not None,
     }
-    _refuse(frozen)
+    refuse_frozen(frozen)
     skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
     return scene.model_copy(update={"crop": "none", "skip": skip})
 
 
-def _with_palettes(scene: Scene) -> Scene:
-    """Return the scene of slices whose palettes are replaced: all values have codes, and all codes an entry."""
-    settings = scene.slices or SliceSettings()
-    _refuse(
-        {
-            f"slices.form {settings.form}": settings.form != "palette",
-            f"slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
-        }
-    )
-    return scene.model_copy(update={"crop": "none"})
-
-
-def _refuse(frozen: Mapping[str, bool]) -> None:
+def refuse_frozen(frozen: Mapping[str, bool]) -> None:
+    """Raise VP3080 for a wish that does not go with edits, of those named."""
     for what, wanted in frozen.items():
         if wanted:
             raise VolprepError("VP3080", what=what)

@@ -19,7 +19,7 @@ def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_editing(plan.part(EditingPlan))
 
 
-def _has(manifest: Manifest, _transfer: str) -> bool:
+def _has(manifest: Manifest) -> bool:
     return manifest.editing is not None
 
 
@@ -33,10 +33,10 @@ PART = Part(
             "what edits need",
             KIND,
             always("wish"),
-            _has,
             without={"editable": False},
             # No filter may rest on a transfer function.
             added=lambda _: {"editable": True, "pyramid": {"filter": "box"}},
+            stated=_has,
             chosen_by=by_the_scene,
             lossy=True,
         ),

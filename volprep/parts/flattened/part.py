@@ -10,7 +10,7 @@ from volprep.parts.part import Part
 from volprep.plan.products import FlattenedPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 
 
 def _plan(case: Case) -> Case:
@@ -19,10 +19,6 @@ def _plan(case: Case) -> Case:
 
 def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return describe_flattened(plan.part(FlattenedPlan), case)
-
-
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return any(item.kind == KIND and item.kept for item in manifest.plan)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:
@@ -38,7 +34,6 @@ PART = Part(
             "flattened voxels",
             KIND,
             always("transport"),
-            _has,
             without={"textures": {"flatten": "none"}},
             added=lambda _: {"textures": {"flatten": "auto"}},
             chosen_by=_chooser,

@@ -52,7 +52,7 @@ def lay_out(case: Case, form: CompressedFormat | None) -> Layout:
         kinds = Bricks(scene.bricks, scene.mosaic.order, values.quantize.filter, keep_empty=scene.crop == "none")
         fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
-    programs = tuple(program for each in case.drawn_alone for program in ray_casters(each.name, volumes, scene))
+    programs = tuple(program for each in case.shown_alone for program in ray_casters(each.name, volumes, scene))
     return Layout(layouts, beside, candidates, fits, levels, volumes, programs)
 
 

@@ -52,7 +52,7 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, program: ProgramDesig
     }
 
 
-def _has(manifest: Manifest, _transfer: str) -> bool | None:
+def _has(manifest: Manifest) -> bool | None:
     return any(program.baked for program in manifest.programs) or None
 
 
@@ -71,10 +71,10 @@ PART = Part(
             "baked light",
             KIND,
             always("wish"),
-            _has,
             without={"lighting": {"baked": "none"}},
             # With it, it is another picture.
             added=no_change,
+            stated=_has,
             chosen_by=by_the_scene,
         ),
     ),

@@ -11,7 +11,7 @@ from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Beside, Misfit
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ProgramDesign
 
@@ -36,10 +36,6 @@ def _images(plan: ChannelPlan, _transfer: str, level: int, program: ProgramDesig
         return {}
     textures = [each for each in normals.textures if each.level == level]
     return {file: (normals.format, each.shape_zyx) for each in textures for file in each.files}
-
-
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return any(texture.role == "normals" for texture in manifest.textures)
 
 
 def _is_lit(scene: Scene) -> bool:
@@ -67,7 +63,6 @@ PART = Part(
             "normals",
             KIND,
             _gain,
-            _has,
             without={"normals": None, "lighting": {"normals": "central"}},
             added=_added,
             chosen_by=by_the_scene,

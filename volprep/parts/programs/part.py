@@ -96,7 +96,7 @@ def _shaders(plan: ChannelPlan) -> PlanItem:
     )
 
 
-def _has_early_end(manifest: Manifest, _transfer: str) -> bool | None:
+def _has_early_end(manifest: Manifest) -> bool | None:
     if all(item.kind != EARLY_END for item in manifest.plan):
         return None
     return manifest.opacity_cutoff is not None
@@ -106,7 +106,7 @@ def _chooser_of_cutoff(scene: Scene) -> Literal["plan", "scene"]:
     return "plan" if scene.render.opacity_cutoff == "auto" else "scene"
 
 
-def _has_shadows(manifest: Manifest, _transfer: str) -> bool | None:
+def _has_shadows(manifest: Manifest) -> bool | None:
     return any(each.light is not None and each.light.shadows != "none" for each in manifest.programs) or None
 
 
@@ -121,9 +121,9 @@ def _drawn_by(technique: Technique) -> AblationItem:
         f"technique {technique.name}",
         f"technique-{technique.name}",
         always("wish"),
-        lambda manifest, _: any(each.technique == technique.name for each in manifest.programs),
         without={"render": {"technique": _PLAIN}},
         added=lambda _: {"render": {"technique": technique.name}},
+        stated=lambda manifest: any(each.technique == technique.name for each in manifest.programs),
         chosen_by=by_the_scene,
         lossy=True,
     )
@@ -142,9 +142,9 @@ PART = Part(
             "early ray termination",
             EARLY_END,
             time_or_wish,
-            _has_early_end,
             without={"render": {"opacity_cutoff": 1.0}},
             added=lambda _: {"render": {"opacity_cutoff": AUTO_CUTOFF}},
+            stated=_has_early_end,
             chosen_by=_chooser_of_cutoff,
             lossy=True,
             with_everything=True,
@@ -153,10 +153,10 @@ PART = Part(
             "shadows",
             "shadows",
             always("wish"),
-            _has_shadows,
             without={"lighting": {"shadows": "none"}},
             # With them it is another picture.
             added=no_change,
+            stated=_has_shadows,
             chosen_by=by_the_scene,
         ),
         *(_drawn_by(technique) for technique in TECHNIQUES.values() if _finds_the_same(technique)),

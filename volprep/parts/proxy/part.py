@@ -14,7 +14,7 @@ from volprep.parts.skip.part import found_of
 from volprep.plan.products import ProxyPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
 
 
@@ -47,11 +47,6 @@ def _settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[Plan
     return tuple(settled)
 
 
-def _has(manifest: Manifest, transfer: str) -> bool:
-    meshes = manifest.proxy.meshes if manifest.proxy is not None else ()
-    return any(mesh.transfer == transfer for mesh in meshes)
-
-
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:
     return "scene" if scene.proxy is None else "plan"
 
@@ -67,7 +62,6 @@ PART = Part(
             "proxy mesh",
             KIND,
             always("time"),
-            _has,
             without={"proxy": None},
             added=lambda scene: None if scene.editable else {"proxy": {"form": "merged"}},
             chosen_by=_chooser,

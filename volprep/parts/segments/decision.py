@@ -108,9 +108,11 @@ def within_styles(case: Case) -> Case:
 
     Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function.
     """
+    if case.segments is None:
+        return case
     boxes = style_boxes(case.scene, case.segments)
-    functions = tuple(each for each in case.functions if not boxes or each.name in boxes)
-    return replace(case, functions=functions, boxes=boxes)
+    functions = tuple(each for each in case.functions if each.name in boxes)
+    return replace(case, functions=functions, boxes=boxes, drawn_alone=False)
 
 
 def plan_segments(case: Case, empty_space: SkipInputs) -> SegmentsPlan | None:

@@ -14,7 +14,7 @@ from volprep.plan.products import NormalsPlan, SkipPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
@@ -38,11 +38,11 @@ def found_of(case: Case) -> SkipInputs:
 
 
 def _plan(case: Case) -> Case:
-    return case.plus(plan_skip(case.scene.skip, case.drawn_alone, found_of(case)))
+    return case.plus(plan_skip(case.scene.skip, case.shown_alone, found_of(case)))
 
 
 def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return describe_skip(required(plan.part(SkipPlan)), case.drawn_alone, case.scene.skip, found_of(case))
+    return describe_skip(required(plan.part(SkipPlan)), case.shown_alone, case.scene.skip, found_of(case))
 
 
 def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:
@@ -51,15 +51,6 @@ def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesig
     return {
         each.file: (each.format, each.shape_zyx) for each in tables if (each.transfer, each.level) == (transfer, level)
     }
-
-
-def _has_table(manifest: Manifest, transfer: str) -> bool:
-    tables = manifest.skipping.tables if manifest.skipping is not None else ()
-    return any(table.transfer == transfer for table in tables)
-
-
-def _has_ranges(manifest: Manifest, _transfer: str) -> bool:
-    return manifest.skipping is not None and bool(manifest.skipping.ranges)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:
@@ -77,7 +68,6 @@ PART = Part(
             "skip table",
             KIND,
             time_or_wish,
-            _has_table,
             without={"skip": {"kind": "none"}},
             added=lambda _: {"skip": {"kind": "distance"}},
             chosen_by=_chooser,
@@ -88,7 +78,6 @@ PART = Part(
             "ranges of blocks",
             RANGES_KIND,
             always("wish"),
-            _has_ranges,
             without={"skip": {"ranges": False}, "editable": False},
             added=lambda scene: None if scene.editable else {"skip": {"ranges": True}},
             chosen_by=by_the_scene,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from volprep.parts.editing.decision import refuse_frozen
 from volprep.parts.levels.decision import candidate_levels, filter_of
 from volprep.parts.slices.atlases import fit_atlases, layouts, slice_shape_yx
 from volprep.plan.item_kinds import LEVEL
@@ -21,15 +22,27 @@ from volprep_formats.package.parts.slices.record import AXES
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.paletted import PALETTE_BYTES
+from volprep_formats.textures.paletted import ENTRIES, PALETTE_BYTES
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, TextureFormat
 
 
-def require_one_channel(scene: Scene, profile: DeviceProfile, channels: int) -> Scene:
-    """Raise VP1244 for stacks of slices of several channels."""
-    if channels > 1 and not profile.has_shaders:
+def with_slices(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
+    """Return the scene as slices need it: if palettes are replaced, all values have codes, and all codes an entry.
+
+    Raises VP1244 for several channels, and VP3080 for palettes that cannot be replaced.
+    """
+    if channels > 1:
         raise VolprepError("VP1244", path=scene.name, what="stacks of slices")
-    return scene
+    if not scene.editable:
+        return scene
+    settings = scene.slices or SliceSettings()
+    refuse_frozen(
+        {
+            f"slices.form {settings.form}": settings.form != "palette",
+            f"slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
+        }
+    )
+    return scene.model_copy(update={"crop": "none"})
 
 
 def refuse_slices(scene: Scene, profile: DeviceProfile) -> None:

@@ -5,13 +5,7 @@ from collections.abc import Iterator
 from volprep.parts.case import Case, Joint
 from volprep.parts.part import Images, Part
 from volprep.parts.programs.step import common_steps
-from volprep.parts.slices.decision import (
-    SlicesChoice,
-    describe_slices,
-    plan_of_slices,
-    refuse_slices,
-    require_one_channel,
-)
+from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices, refuse_slices, with_slices
 from volprep.parts.slices.error import settle
 from volprep.parts.slices.stage import STAGE
 from volprep.plan.decisions import Layout, StepChoice
@@ -49,7 +43,7 @@ def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesi
 
 PART = Part(
     name="slices",
-    prepare=require_one_channel,
+    prepare=with_slices,
     devices="without shaders",
     refuse=refuse_slices,
     plan=_plan,

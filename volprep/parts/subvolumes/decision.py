@@ -147,8 +147,10 @@ def _program(picture: str, scene: Scene, classified: ClassificationName) -> Prog
 def voxels_of(scene: Scene, bits: int, between: SampleFilter, segments: SegmentsPlan | None) -> PieceVoxels:
     """Return what pieces hold of each voxel, and of those around them."""
     # Samples are lit by the voxels around them, also in the outermost layers of a block. The whole level needs no more.
-    has_pieces = scene.grid is None or scene.grid.layout != "single"
-    return PieceVoxels(bits, between, segments, ghost=int(has_pieces and _is_lit(scene)))
+    ghost = int((scene.grid is None or scene.grid.layout != "single") and _is_lit(scene))
+    if segments:
+        return PieceVoxels(bits, between, 1 + segments.wide, len(segments.transfers), ghost)
+    return PieceVoxels(bits, between, ghost=ghost)
 
 
 def _voxels(plan: ChannelPlan, scene: Scene) -> PieceVoxels:

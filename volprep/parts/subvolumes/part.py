@@ -11,7 +11,7 @@ from volprep.parts.subvolumes.stage import STAGE
 from volprep.plan.products import SegmentsPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
 
 
@@ -36,10 +36,6 @@ def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[Pla
     )
 
 
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return manifest.subvolumes is not None
-
-
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:
     return "plan" if scene.grid is not None and scene.grid.size == "auto" else "scene"
 
@@ -55,7 +51,6 @@ PART = Part(
             "sub-volumes",
             KIND,
             always("wish"),
-            _has,
             without={"grid": None},
             added=lambda _: {"grid": {"size": 64}},
             chosen_by=_chooser,

@@ -18,7 +18,6 @@ from volprep.parts.subvolumes.cuts import cuts_along
 from volprep.plan.room import FOUR_CHANNELS, Misfit, if_held, one_channel
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
-from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.subvolumes.record import spans_of
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import WITH_TABLES, ClassificationName
@@ -40,15 +39,12 @@ class PieceVoxels:
     """Bits of its value."""
     between: SampleFilter = "linear"
     """Filter between values."""
-    segments: Segments | None = None
-    """Segments, if each voxel has a label."""
+    label_bytes: int = 0
+    """Bytes of its label; 0 without segments."""
+    styles: int = 1
+    """Number of transfer functions that a sample may have."""
     ghost: int = 0
     """Layers of voxels that a piece holds beyond the shared ones."""
-
-    @property
-    def label_bytes(self) -> int:
-        """Bytes of a label."""
-        return 0 if self.segments is None else 1 + self.segments.wide
 
 
 @dataclass(frozen=True)
@@ -77,8 +73,6 @@ def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels:
     z, y, x = (max(last - first for first, last in spans_of(each, ghost)) + 1 for each in cuts)
     if profile.max_3d_texture_size:
         return _volume((z, y, x), size, voxels, profile)
-    if not profile.has_shaders:
-        return Misfit(f"profile {profile.name} has no shaders")
     found = [_mosaic((z, y, x), order, voxels, profile) for order in _orders(scene, voxels)]
     fitting = [form for form in found if isinstance(form, Form)]
     if not fitting:
@@ -90,9 +84,8 @@ def classification_of(scene: Scene, profile: DeviceProfile, voxels: PieceVoxels)
     """Return how programs of pieces classify samples, or why there are too few texture units for them."""
     wanted = scene.render.classification
     assert wanted != "auto"  # noqa: S101 - rays have chosen before
-    looks = voxels.segments is not None
-    styles = 1 if voxels.segments is None else len(voxels.segments.transfers)
-    units = HELD + looks + styles * (wanted in WITH_TABLES)
+    looks = voxels.label_bytes > 0
+    units = HELD + looks + voxels.styles * (wanted in WITH_TABLES)
     if units <= profile.texture_units:
         return wanted
     others = COMPOSITINGS[scene.render.compositing].classifications

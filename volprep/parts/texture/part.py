@@ -8,15 +8,11 @@ from volprep.parts.part import Part
 from volprep.parts.texture.mipmaps import KIND, describe_mipmaps
 from volprep.parts.texture.stage import STAGE
 from volprep.plan.records import ChannelPlan
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 
 
 def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     return describe_mipmaps(plan.levels, plan.volumes)
-
-
-def _has(manifest: Manifest, _transfer: str) -> bool:
-    return any(texture.mipmap is not None for texture in manifest.textures if texture.role == "volume")
 
 
 PART = Part(
@@ -28,7 +24,6 @@ PART = Part(
             "mipmaps",
             KIND,
             always("wish"),
-            _has,
             without={"textures": {"mipmaps": False}},
             added=lambda _: {"textures": {"mipmaps": True}},
             chosen_by=by_the_scene,

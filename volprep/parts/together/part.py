@@ -1,9 +1,16 @@
 """The part *together*: several channels in one picture, and in common texels."""
 
-from volprep.parts.case import Joint
+from dataclasses import replace
+
+from volprep.parts.case import Case, Joint
 from volprep.parts.part import Part
 from volprep.parts.together.decision import choose_together, plan_together
 from volprep.parts.together.packing import pack_channels
+
+
+def _begin(case: Case) -> Case:
+    """Let the channels of a volume in colour have no pictures of their own."""
+    return replace(case, drawn_alone=case.scene.render.classification != "colour")
 
 
 def _join(joint: Joint) -> Joint:
@@ -16,4 +23,4 @@ def _join(joint: Joint) -> Joint:
     return joint.plus(together, items=items)
 
 
-PART = Part(name="together", join=_join)
+PART = Part(name="together", begin=_begin, join=_join)

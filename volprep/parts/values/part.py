@@ -32,13 +32,13 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     yield from describe_functions(case.scene, plan.transfer_functions)
 
 
-def _has_border(manifest: Manifest, _transfer: str) -> bool | None:
+def _has_border(manifest: Manifest) -> bool | None:
     if all(item.kind != BORDER_KIND for item in manifest.plan):
         return None
     return manifest.grid is not None and manifest.grid.shape_zyx == manifest.source.info.grid.shape_zyx
 
 
-def _has_wide_codes(manifest: Manifest, _transfer: str) -> bool | None:
+def _has_wide_codes(manifest: Manifest) -> bool | None:
     labels = any(texture.filter == "nearest" for texture in manifest.textures if texture.role == "volume")
     return None if labels or manifest.quantization is None else manifest.quantization.bits == 16
 
@@ -64,18 +64,18 @@ PART = Part(
             "empty border",
             BORDER_KIND,
             always("wish"),
-            _has_border,
             without={"crop": "auto"},
             added=lambda _: {"crop": "none"},
+            stated=_has_border,
             with_everything=True,
         ),
         AblationItem(
             "16-bit values",
             WIDE_KIND,
             _gain_of_bits,
-            _has_wide_codes,
             without={"quantize": {"bits": 8}},
             added=lambda _: {"quantize": {"bits": 16}},
+            stated=_has_wide_codes,
             chosen_by=_chooser_of_bits,
             lossy=True,
             with_everything=True,
