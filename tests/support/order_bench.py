@@ -10,7 +10,7 @@ from order_scans import SHAPE_ZYX, TRANSFER, built, camera, field, grid_of, tran
 from order_twins import classified_voxels, preclassified_picture
 
 from volprep.compositing import COMPOSITINGS
-from volprep.lab.stress.ways import Way, in_way
+from volprep.lab.stress.combinations import Way, in_way
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.averaged import averaged

@@ -11,7 +11,7 @@ from order_faults import FAULTS, WORDS
 from order_others import OTHERS
 
 from volprep.compositing import COMPOSITINGS
-from volprep.lab.stress.ways import Way
+from volprep.lab.stress.combinations import Way
 from volprep.techniques import TECHNIQUES
 from volprep_formats.package.program import ClassificationName, Sampling
 

@@ -7,7 +7,7 @@ from order_bench import Bench, as_expected, expected_elsewhere, scatter
 from order_scans import camera
 
 from volprep.compositing import COMPOSITINGS
-from volprep.lab.stress.ways import Way
+from volprep.lab.stress.combinations import Way
 from volprep.truth.laws import broken_laws
 from volprep.validation.altered import Altered
 from volprep_formats.package.program import Blend, Program

@@ -16,7 +16,7 @@ from slice_packages import slice_package
 from web_scenes import segments_scene
 
 from volprep.compositing import COMPOSITINGS
-from volprep.lab.stress.ways import Way
+from volprep.lab.stress.combinations import Way
 from volprep.pipeline.build import build
 from volprep.render.renderer import Renderer
 from volprep.scene.colour import PARTS

@@ -7,7 +7,7 @@ from unittest.mock import patch
 import numpy as np
 from scene_builds import view_of
 
-from volprep.lab.stress.ways import Way
+from volprep.lab.stress.combinations import Way
 from volprep.pipeline.build import build
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import Request

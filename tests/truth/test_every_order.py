@@ -14,7 +14,7 @@ from order_faults import FAULTS, WORDS, finders
 from order_others import OTHERS
 
 from volprep.compositing import COMPOSITINGS
-from volprep.lab.stress.ways import Way
+from volprep.lab.stress.combinations import Way
 from volprep.techniques import TECHNIQUES
 
 pytestmark = pytest.mark.longer

@@ -6,7 +6,8 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points, moves_for_view, step_from
+from volprep.lab.walk.walker import moves_for_view, step_from
+from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds
 
 VIEW = ViewThresholds()

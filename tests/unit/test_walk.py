@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import tiny_packages
 
+from volprep.lab.walk.walker import Ground, Walker, drawn_level
 from volprep.parts.subvolumes.cuts import cuts_along, grid_points
-from volprep.parts.subvolumes.walk import Ground, Walker, drawn_level
 from volprep.scene.walk import ShownValues, WalkStep, load_walk
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError

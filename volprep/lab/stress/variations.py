@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from volprep.lab.stress.cases import StressCase
+from volprep.lab.stress.combinations import Way, in_way
 from volprep.lab.stress.drawing import ROUNDING, TRANSFER, VIEWS, Trials, points_of, views_of, worst
 from volprep.lab.stress.records import Precision, StressDrawing, StressPoint
-from volprep.lab.stress.ways import Way, in_way
 from volprep.render.renderer import Renderer
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.techniques import TECHNIQUES

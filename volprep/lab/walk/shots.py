@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.lab.walk.truth import shown_of_cut, shown_of_level
+from volprep.lab.walk.walker import Ground, Walker, drawn_level
 from volprep.parts.editing.inputs import edit_with, edited_inputs
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
-from volprep.parts.subvolumes.walk import Ground, Walker, drawn_level
 from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import box_lines, mark_lines
 from volprep.render.choose import ray_caster_of

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from volprep.lab.walk.shots import WalkScene, WalkShot, block_shot, cut_shot, level_shot, place_shot, walk_scene
-from volprep.parts.subvolumes.walk import Walker
+from volprep.lab.walk.walker import Walker
 from volprep.render.cut import Cut, cut
 from volprep.scene.walk import ShownValues, WalkStep, load_walk
 from volprep.truth.picture import encoded

@@ -2,7 +2,7 @@
 
 First patches of the scan are encoded as the slices of a mosaic would be, and decoded as a GPU does; rays in z direction
 through them give the pictures. A form that these do not bear is refused. They see few of the places where it is worst
-(on the engine an error of 0.09 where it was 0.34), so that the others are tried on the whole level (`whole.py`).
+(on the engine an error of 0.09 where it was 0.34), so that the others are tried on the whole level (`whole_level.py`).
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.case import Case
 from volprep.parts.compression.source_level import LevelData
-from volprep.parts.compression.whole import WholeLevel
+from volprep.parts.compression.whole_level import WholeLevel
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.values.decision import within_share
 from volprep.plan.decisions import CompressionChoice, Layout, ValueChoice

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 from volprep.parts.case import Case
 from volprep.parts.programs.decision import ray_casters, shader_files
-from volprep.parts.segments.beside import LOOK_UNITS, label_texture
 from volprep.parts.segments.extent import style_blocks, style_boxes
+from volprep.parts.segments.label_texture import LOOK_UNITS, label_texture
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together

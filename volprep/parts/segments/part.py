@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from volprep.parts.case import Case
 from volprep.parts.part import Images, Part
-from volprep.parts.segments.beside import beside_segments
 from volprep.parts.segments.decision import (
     label_sets,
     plan_segments,
@@ -14,6 +13,7 @@ from volprep.parts.segments.decision import (
     with_segments,
     within_styles,
 )
+from volprep.parts.segments.label_texture import beside_segments
 from volprep.parts.segments.level_light import settle
 from volprep.parts.segments.stage import STAGE
 from volprep.parts.skip.part import found_of

@@ -1,12 +1,10 @@
-"""The grid of sub-volumes: where level 0 is cut, what meets at each point, and which way leads on.
+"""The grid of sub-volumes: where level 0 is cut, and what meets at each point.
 
-From the Beaver Volume Renderer (Schultz and Bailey, 7.3.4 to 7.3.7), with three differences. Neighbours share a layer
-of voxels. A remainder makes a smaller last piece, so that no voxel is lost. And x and y count from an angle of 22.5°
-at both ends of theta: the paper prints 27.5° at one end, and a mirrored view would not give the mirrored move.
+From the Beaver Volume Renderer (Schultz and Bailey, 7.3.4 to 7.3.7), with two differences. Neighbours share a layer of
+voxels. A remainder makes a smaller last piece, so that no voxel is lost.
 """
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import product
 
 from volprep_formats.package.parts.subvolumes.record import (
@@ -14,8 +12,6 @@ from volprep_formats.package.parts.subvolumes.record import (
     GridPoint,
     Move,
     PointKind,
-    SubvolumeGrid,
-    ViewThresholds,
     spans_of,
 )
 
@@ -48,37 +44,6 @@ def grid_points(cuts_zyx: tuple[Cuts, Cuts, Cuts]) -> tuple[GridPoint, ...]:
         GridPoint(kind=_kind(place, counts), subvolumes=_touching(place, counts), moves=_moves(place, counts))
         for place in places
     )
-
-
-def moves_for_view(direction_xyz: Sequence[float], view: ViewThresholds) -> tuple[Move, ...]:
-    """Moves that lead forward for someone who looks along `direction_xyz`, of any length but 0."""
-    x, y, z = direction_xyz
-    theta = math.degrees(math.acos(z / math.hypot(x, y, z)))
-    phi = math.degrees(math.atan2(y, x))
-    moves: list[Move] = []
-    low, high = view.sideways_between_theta
-    if low < theta < high:
-        if abs(phi) < view.plus_x_below_phi:
-            moves.append("+x")
-        elif abs(phi) > view.minus_x_above_phi:
-            moves.append("-x")
-        if view.y_between_phi[0] < abs(phi) < view.y_between_phi[1]:
-            moves.append("+y" if phi > 0 else "-y")
-    if theta < view.plus_z_below_theta:
-        moves.append("+z")
-    elif theta > view.minus_z_above_theta:
-        moves.append("-z")
-    return tuple(moves)
-
-
-def step_from(grid: SubvolumeGrid, point: int, moves: Sequence[Move]) -> int:
-    """Number of the point to which the legal ones of `moves` lead from `point`."""
-    nz, ny, nx = (count + 1 for count in grid.counts_zyx)
-    strides = {"x": 1, "y": nx, "z": nx * ny}
-    legal = [move for move in moves if move in grid.points[point].moves]
-    target = point + sum(strides[move[1]] * (1 if move[0] == "+" else -1) for move in legal)
-    assert 0 <= target < nx * ny * nz  # noqa: S101 - legal moves never lead out
-    return target
 
 
 def _kind(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> PointKind:

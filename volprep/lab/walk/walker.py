@@ -1,16 +1,17 @@
 """A walk over the grid of sub-volumes: which level is shown, and around which point (Schultz and Bailey, 7.3).
 
 There the thresholds of the zoom are chosen by hand. Here they are sizes of voxels in pixels, with room between them, so
-that a small change of the zoom does not change the level to and fro.
+that a small change of the zoom does not change the level to and fro. Moves along x and y count from an angle of 22.5°
+at both ends of theta: the paper prints 27.5° at one end, and a mirrored view would not give the mirrored move.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
-from volprep.parts.subvolumes.cuts import moves_for_view, step_from
 from volprep.scene.walk import WalkStep
 from volprep.truth.camera import Camera, standard_views
 from volprep_formats.arrays import Float64Array
@@ -157,3 +158,34 @@ def drawn_level(voxel_mm: Mapping[int, float], view: ViewThresholds, pixel_mm: f
     while place < len(levels) - 1 and voxel_mm[levels[place]] < view.coarser_below_pixels * pixel_mm:
         place += 1
     return levels[place]
+
+
+def moves_for_view(direction_xyz: Sequence[float], view: ViewThresholds) -> tuple[Move, ...]:
+    """Moves that lead forward for someone who looks along `direction_xyz`, of any length but 0."""
+    x, y, z = direction_xyz
+    theta = math.degrees(math.acos(z / math.hypot(x, y, z)))
+    phi = math.degrees(math.atan2(y, x))
+    moves: list[Move] = []
+    low, high = view.sideways_between_theta
+    if low < theta < high:
+        if abs(phi) < view.plus_x_below_phi:
+            moves.append("+x")
+        elif abs(phi) > view.minus_x_above_phi:
+            moves.append("-x")
+        if view.y_between_phi[0] < abs(phi) < view.y_between_phi[1]:
+            moves.append("+y" if phi > 0 else "-y")
+    if theta < view.plus_z_below_theta:
+        moves.append("+z")
+    elif theta > view.minus_z_above_theta:
+        moves.append("-z")
+    return tuple(moves)
+
+
+def step_from(grid: SubvolumeGrid, point: int, moves: Sequence[Move]) -> int:
+    """Number of the point to which the legal ones of `moves` lead from `point`."""
+    nz, ny, nx = (count + 1 for count in grid.counts_zyx)
+    strides = {"x": 1, "y": nx, "z": nx * ny}
+    legal = [move for move in moves if move in grid.points[point].moves]
+    target = point + sum(strides[move[1]] * (1 if move[0] == "+" else -1) for move in legal)
+    assert 0 <= target < nx * ny * nz  # noqa: S101 - legal moves never lead out
+    return target
