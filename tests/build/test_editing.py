@@ -7,7 +7,7 @@ from command_line import volprep
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from scene_builds import built, planned
 
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.parts.levels.stage import FREE_CANDIDATES
 from volprep.pipeline.origin import read_origin
 from volprep.plan.products import SkipPlan
@@ -59,7 +59,7 @@ def pair(request, tmp_path_factory):
 def drawn(package, level, edit=None):
     grid = package.manifest.levels[0].grid
     views = standard_views(grid)
-    with Renderer(package, level=level, edit=None if edit is None else edit_with(edit)) as renderer:
+    with Renderer(package, level=level, edit=None if edit is None else FunctionEdit(edit)) as renderer:
         return [renderer.render(views[name].box_from_clip(grid, 1.0), (40, 40)) for name in ("anterior", "left")]
 
 
@@ -194,4 +194,4 @@ def test_a_package_that_is_not_editable_says_so(built_package, tmp_path):
     edit = tmp_path / "edit.toml"
     edit.write_text(EDIT)
     with pytest.raises(VolprepError, match="VP5023"):
-        Renderer(package, edit=edit_with(load_edit(edit, package.manifest.grid)))
+        Renderer(package, edit=FunctionEdit(load_edit(edit, package.manifest.grid)))

@@ -6,7 +6,8 @@ from command_line import volprep
 from judged import validate
 from slice_packages import missing_es11, slice_package
 
-from volprep.parts.editing.renderer import edited_renderer
+from volprep.parts.editing.inputs import FunctionEdit
+from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_edit
 from volprep.truth.camera import standard_views
@@ -48,7 +49,7 @@ def drawn(renderer):
 def test_an_edit_is_drawn_as_a_package_that_was_built_with_it(pair):
     before, after, file = pair
     edit = load_edit(file, before.manifest.levels[0].grid)
-    pictures = drawn(edited_renderer(before, edit))
+    pictures = drawn(renderer_of(before, edit=FunctionEdit(edit)))
     np.testing.assert_array_equal(pictures, drawn(SliceRenderer(after)))
     assert not np.allclose(pictures, drawn(SliceRenderer(before)), atol=0.05)
 
@@ -77,7 +78,7 @@ def test_what_leaves_codes_without_an_entry_is_refused(tmp_path):
 def test_an_edit_of_other_slices_is_refused(pair):
     _, after, file = pair
     with pytest.raises(VolprepError, match="VP5023"):
-        edited_renderer(after, load_edit(file, after.manifest.levels[0].grid))
+        renderer_of(after, edit=FunctionEdit(load_edit(file, after.manifest.levels[0].grid)))
 
 
 def test_the_command_draws_an_edit(pair, tmp_path):

@@ -10,7 +10,7 @@ from command_line import volprep
 from judged import validate
 from scene_builds import assert_skipping_changes_no_pixel, built, write_raw_scene
 
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.scene.request import load_edit
 from volprep_formats.diagnostics import VolprepError
 
@@ -120,7 +120,7 @@ def test_an_edited_window_is_drawn_as_a_package_that_was_built_with_it(tmp_path,
     file.write_text(edited.split('"vessels"\n')[1])
     edit = load_edit(file, before.manifest.grid)
     for level in (each.index for each in before.manifest.levels[:2]):
-        unedited, picture = drawn(before, level=level), drawn(before, level=level, edit=edit_with(edit))
+        unedited, picture = drawn(before, level=level), drawn(before, level=level, edit=FunctionEdit(edit))
         # Tables of 8 bits round the extinctions of two lengths differently.
         assert np.abs(picture - drawn(after, level=level)).max() <= (2 if profile == "gles3" else 4) / 255
         assert np.abs(picture - unedited).max() > 0.2

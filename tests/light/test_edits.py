@@ -7,7 +7,7 @@ import pytest
 from scene_builds import built, view_of
 from web_scenes import SCENES
 
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.parts.light import solve
 from volprep.render.renderer import Renderer
 from volprep.validation.clock import Clock
@@ -23,7 +23,7 @@ POINTS = ((250.0, (0.2, 0.9, 0.3), 0.0), (500.0, (1.0, 0.5, 0.2), 0.6))
 
 def drawn(package: Package, function: TransferFunction | None) -> np.ndarray:
     camera = view_of(package.manifest.grid, "anterior-left")
-    with Renderer(package, edit=None if function is None else edit_with(function), target="rgba32f") as renderer:
+    with Renderer(package, edit=None if function is None else FunctionEdit(function), target="rgba32f") as renderer:
         return np.array(renderer.render(camera, (24, 24)))
 
 

@@ -12,7 +12,7 @@ from scene_builds import view_of
 from traced_places import traced_places
 from turned_light import turned_by
 
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.parts.light import decision, solve
 from volprep.parts.light.turnable import solve_turnable
 from volprep.render.inputs import Inputs
@@ -255,7 +255,7 @@ def test_an_edit_leaves_out_light_that_an_app_turns(built) -> None:
     unlit = built("edited unlit", baked="none", head="editable = true")
     function = _steep().model_copy(update={"name": "tissue"})
     np.testing.assert_allclose(
-        drawn(lit, edit=edit_with(function)), drawn(unlit, edit=edit_with(function)), atol=1.1 / 255
+        drawn(lit, edit=FunctionEdit(function)), drawn(unlit, edit=FunctionEdit(function)), atol=1.1 / 255
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from browser import Browser
 from web_server import WebServer
 
-from volprep.parts.editing.renderer import edited_renderer
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.render.choose import renderer_of
 from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
@@ -55,8 +55,7 @@ def drawn_by_reference(
     package: Package, matrices: list[np.ndarray], edit: TransferFunction | None = None, **what: Any
 ) -> list[np.ndarray]:
     """Return what the reference renderer draws, after an edit or without; `what` are the arguments of `renderer_of`."""
-    found = renderer_of(package, **what) if edit is None else edited_renderer(package, edit, **what)
-    with found as renderer:
+    with renderer_of(package, edit=edit and FunctionEdit(edit), **what) as renderer:
         return [renderer.render(matrix, (SIZE, SIZE)) for matrix in matrices]
 
 

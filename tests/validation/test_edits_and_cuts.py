@@ -8,7 +8,7 @@ from tamper_scenes import write_kind
 from tampering import built
 
 import volprep.validation.edits_and_cuts as judged_module
-from volprep.parts.editing.inputs import edit_with
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.render.cut import Cut
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
@@ -51,7 +51,7 @@ def test_an_edit_is_drawn_at_every_level_and_the_finest_is_within_the_tolerance(
 
 def test_tables_of_another_function_than_the_edited_are_found(editable, monkeypatch) -> None:
     function = editable.subject.function("shell")
-    monkeypatch.setattr(judged_module, "edit_with", lambda _: edit_with(function))
+    monkeypatch.setattr(judged_module, "FunctionEdit", lambda _: FunctionEdit(function))
     (program,) = editable.subject.programs
     assert not any(other.passed for other in judge_edit(editable, program, ()))
 

@@ -6,7 +6,8 @@ from slice_packages import missing_es11, slice_package
 from tiny_packages import function
 from view_page import opened, picture, served
 
-from volprep.parts.editing.renderer import edited_renderer
+from volprep.parts.editing.inputs import FunctionEdit
+from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
@@ -42,7 +43,7 @@ def test_the_page_draws_slices_as_the_reference_does_before_and_after_an_edit(br
         assert np.sqrt(((drawn - expected) ** 2).mean()) < 2 / 255
         points = [point.model_dump() for point in EDIT.points]
         browser.run("await window.volprep.stage.renderer.setTransfer({ points: given[0] }, 'ramp')", points)
-        after, expected = reference(browser, package, edited_renderer(package, EDIT))
+        after, expected = reference(browser, package, renderer_of(package, edit=FunctionEdit(EDIT)))
         assert np.sqrt(((after - expected) ** 2).mean()) < 2 / 255
         assert np.abs(after - drawn).max() > 0.1
         stacks = len(package.manifest.textures)

@@ -15,8 +15,27 @@ from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.textures.texel_formats import TextureFormat
 
-Images = dict[str, tuple[TextureFormat, tuple[int, int, int]]]
-"""Format and shape (z, y, x) of a texture, by file; each mipmap of a file counts by itself."""
+
+def _by_all(_program: ProgramDesign) -> bool:
+    return True
+
+
+@dataclass(frozen=True)
+class Image:
+    """A texture that drawing takes, or a mipmap of one."""
+
+    name: str
+    """Its file, and the number of a mipmap."""
+    format: TextureFormat
+    """Format of a texel."""
+    shape_zyx: tuple[int, int, int]
+    """Texels along each axis."""
+    transfer: str | None = None
+    """The transfer function that is drawn with it; None if each is."""
+    level: int | None = None
+    """The level that is drawn with it; None if each is."""
+    is_read_by: Callable[[ProgramDesign], bool] = _by_all
+    """Whether a program reads it."""
 
 
 def _requires_nothing(_scene: Scene, _profile: DeviceProfile) -> None:
@@ -43,8 +62,8 @@ def _no_items(_plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     yield from ()
 
 
-def _no_images(_plan: ChannelPlan, _transfer: str, _level: int, _program: ProgramDesign | None) -> Images:
-    return {}
+def _no_images(_plan: ChannelPlan) -> Iterator[Image]:
+    yield from ()
 
 
 def _as_planned(items: tuple[PlanItem, ...], _draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:
@@ -77,8 +96,8 @@ class Part:
     """Decide what all channels share, or what draws them together; the last part begins."""
     items: Callable[[ChannelPlan, Case], Iterator[PlanItem]] = _no_items
     """List the decisions, for people. Each file that is planned belongs to one item."""
-    images: Callable[[ChannelPlan, str, int, ProgramDesign | None], Images] = _no_images
-    """Textures of it that drawing takes: of a transfer function, at a level, with a program (None without shaders)."""
+    images: Callable[[ChannelPlan], Iterator[Image]] = _no_images
+    """Textures of it that drawing takes."""
     stages: tuple[Stage, ...] = ()
     """Stages that make it."""
     settle: Callable[[tuple[PlanItem, ...], Draft, Plan], tuple[PlanItem, ...]] = _as_planned

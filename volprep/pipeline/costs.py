@@ -5,9 +5,9 @@ The size of meshes is not known yet and not counted. Bricks count as if none wer
 
 from collections.abc import Iterator, Sequence
 
-from volprep.parts.part import Images
+from volprep.parts.part import Image
 from volprep.parts.registry import PARTS
-from volprep.plan.products import SkipTablePlan, SlicesPlan
+from volprep.plan.products import SlicesPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep_formats.package.parts.costs.count import cost_of
 from volprep_formats.package.parts.costs.record import LevelCost
@@ -21,37 +21,37 @@ def planned_costs(plan: Plan) -> tuple[LevelCost, ...]:
 
 def _costs(plan: Plan) -> Iterator[LevelCost]:
     if plan.joint is not None:
-        pairs = list(zip(plan.joint.transfers, plan.drawn_together, strict=True))
+        pairs = [(name, _images(each)) for name, each in zip(plan.joint.transfers, plan.drawn_together, strict=True)]
+        tables = [
+            Image(table.file, table.format, table.shape_zyx, level=table.level) for table in plan.joint.skip_tables
+        ]
         for program in plan.joint.programs:
-            yield from _of_program(program, pairs, plan.joint.skip_tables)
+            yield from _of_program(program, [("", tables), *pairs])
     for channel in plan.channels:
+        images = _images(channel)
         for program in channel.programs:
-            yield from _of_program(program, [(program.transfer, channel)])
+            yield from _of_program(program, [(program.transfer, images)])
         slices = channel.part(SlicesPlan)
         if slices is not None:
             for transfer in channel.transfers:
-                yield _cost(transfer, slices.level, _images(channel, transfer, slices.level, None))
+                yield _cost(transfer, slices.level, _taken(images, transfer, slices.level))
 
 
-def _of_program(
-    program: ProgramDesign, drawn: Sequence[tuple[str, ChannelPlan]], common_tables: Sequence[SkipTablePlan] = ()
-) -> Iterator[LevelCost]:
+def _images(channel: ChannelPlan) -> list[Image]:
+    return [image for part in PARTS for image in part.images(channel)]
+
+
+def _of_program(program: ProgramDesign, drawn: Sequence[tuple[str, Sequence[Image]]]) -> Iterator[LevelCost]:
     for level in program.levels:
-        images: Images = {
-            table.file: (table.format, table.shape_zyx) for table in common_tables if table.level == level
-        }
-        for transfer, channel in drawn:
-            images |= _images(channel, transfer, level, program)
-        yield _cost(program.transfer, level, images)
+        taken = [_taken(images, transfer, level) for transfer, images in drawn]
+        yield _cost(program.transfer, level, [image for each in taken for image in each if image.is_read_by(program)])
 
 
-def _cost(picture: str, level: int, images: Images) -> LevelCost:
-    return LevelCost(picture=picture, level=level, **dict(cost_of(images.values())))
+def _taken(images: Sequence[Image], transfer: str, level: int) -> list[Image]:
+    """Return the images that drawing a transfer function at a level takes."""
+    return [image for image in images if image.transfer in {None, transfer} and image.level in {None, level}]
 
 
-def _images(channel: ChannelPlan, transfer: str, level: int, program: ProgramDesign | None) -> Images:
-    """Return the textures of all parts that drawing a transfer function at a level takes."""
-    images: Images = {}
-    for part in PARTS:
-        images |= part.images(channel, transfer, level, program)
-    return images
+def _cost(picture: str, level: int, images: Sequence[Image]) -> LevelCost:
+    taken = {image.name: (image.format, image.shape_zyx) for image in images}
+    return LevelCost(picture=picture, level=level, **dict(cost_of(taken.values())))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.parts.editing.renderer import edited_renderer
+from volprep.parts.editing.inputs import FunctionEdit
 from volprep.pipeline.framing import filled
 from volprep.render.choose import renderer_of
 from volprep.render.hybrid import HybridWish, hybrid_picture
@@ -96,10 +96,8 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
 
 
 def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:
-    if shot.edit is None:
-        return renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point)
-    function = load_edit(shot.edit, package.manifest.levels[0].grid)
-    return edited_renderer(package, function, level=shot.level, transfer=shot.transfer, point=shot.point)
+    edit = None if shot.edit is None else FunctionEdit(load_edit(shot.edit, package.manifest.levels[0].grid))
+    return renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit)
 
 
 def camera_of(manifest: Manifest, shot: Shot) -> Camera:

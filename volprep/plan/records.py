@@ -129,6 +129,11 @@ class LookupPlan(Record):
     entries: Count
     """Number of texels: entry j holds the function at the normalised stored value j / (entries - 1)."""
 
+    @property
+    def shape_zyx(self) -> tuple[int, int, int]:
+        """Shape of the texture: one row."""
+        return 1, 1, self.entries
+
 
 class PreintegratedPlan(Record):
     """The pre-integrated table of one transfer function."""

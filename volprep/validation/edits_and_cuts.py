@@ -15,8 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from volprep.parts.editing.inputs import edit_with
-from volprep.parts.editing.renderer import edited_renderer
+from volprep.parts.editing.inputs import FunctionEdit
+from volprep.render.choose import renderer_of
 from volprep.render.cut import Cut, cut
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views
@@ -52,7 +52,7 @@ def judge_edit(bench: Bench, program: Program, previews: Collection[int]) -> Ite
         width = width_pixels(subject.cameras.values(), level.grid, subject.shape_hw[0])
         views: list[OtherView] = []
         with Renderer(
-            subject.package, level=level.index, transfer=program.transfer, edit=edit_with(function)
+            subject.package, level=level.index, transfer=program.transfer, edit=FunctionEdit(function)
         ) as renderer:
             for name, truth in truths.items():
                 with bench.clock.part("drawing"):
@@ -83,7 +83,7 @@ def judge_edited_slices(bench: Bench, transfer: str, name: str) -> Iterator[Othe
     function = edited(subject.function(transfer), _chance(subject))
     with bench.clock.part("oracle"):
         truths = {view: subject.of_function(function, view).rgba.astype(np.float32) for view in OBLIQUE}
-    with edited_renderer(subject.package, function, transfer=transfer) as renderer:
+    with renderer_of(subject.package, transfer=transfer, edit=FunctionEdit(function)) as renderer:
         level = renderer.level
         width = width_pixels(subject.cameras.values(), level.grid, subject.shape_hw[0])
         with bench.clock.part("drawing"):

@@ -11,7 +11,7 @@ import numpy as np
 
 from volprep.lab.walk.truth import shown_of_cut, shown_of_level
 from volprep.lab.walk.walker import Ground, Walker, drawn_level
-from volprep.parts.editing.inputs import edit_with, edited_inputs
+from volprep.parts.editing.inputs import FunctionEdit, edited_inputs
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import box_lines, mark_lines
@@ -220,7 +220,7 @@ def _edited(scene: WalkScene, values: ShownValues, inputs: Inputs) -> tuple[Edit
     function = package.manifest.function(transfer)
     wanted = values.of(function)
     texels = edited_inputs(package, inputs, wanted).texels
-    return edit_with(wanted), {transfer: table_function(package, transfer, level, texels)}
+    return FunctionEdit(wanted), {transfer: table_function(package, transfer, level, texels)}
 
 
 def _drawn_function(package: Package, inputs: Inputs, name: str) -> TransferFunction:

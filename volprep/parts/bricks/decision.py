@@ -126,10 +126,8 @@ def _no_room(level: LevelPlan, size: int, limit: str) -> Misfit:
     return Misfit(f"{shape_text(level.shape_zyx)} voxels in bricks of {size}³ cells do not fit into {limit}")
 
 
-def describe_bricks(volumes: Sequence[VolumePlan], profile: DeviceProfile) -> Iterator[PlanItem]:
-    """Return whether levels are bricks, where they could be."""
-    if not profile.has_shaders:
-        return
+def describe_bricks(volumes: Sequence[VolumePlan]) -> Iterator[PlanItem]:
+    """Return whether levels are bricks."""
     found = [volume.bricks for volume in volumes if volume.bricks is not None]
     if not found:
         yield PlanItem(name="bricks", kind=KIND, kept=False, reason="the scene has no table [bricks]")

@@ -12,7 +12,7 @@ from volprep_formats.package.manifest import PlanItem
 
 
 def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
-    return describe_bricks(plan.volumes, plan.profile)
+    return describe_bricks(plan.volumes)
 
 
 PART = Part(

@@ -15,13 +15,13 @@ from volprep.parts.classification.decision import (
     require_one_channel,
 )
 from volprep.parts.classification.stage import STAGE
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.plan.decisions import Tables
 from volprep.plan.item_kinds import BEYOND, TABLES
 from volprep.plan.records import ChannelPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
-from volprep_formats.package.program import WITH_TABLES, ProgramDesign
+from volprep_formats.package.program import WITH_TABLES
 
 _FLIP, _KEPT_LIGHT = 0.1, 0.7
 """Of preclassified voxels, about: a phantom of shells and soft parts had FLIP 0.08 to 0.09, and kept 0.717."""
@@ -64,12 +64,9 @@ def _of_voxels(scene: Scene) -> Iterator[PlanItem]:
     )
 
 
-def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesign | None) -> Images:
-    images: Images = {
-        each.file: (each.format, (1, 1, each.entries)) for each in plan.lookups if each.transfer == transfer
-    }
-    tables = (each for each in plan.preintegrated if each.transfer == transfer)
-    return images | {each.file: (each.format, each.shape_zyx) for each in tables}
+def _images(plan: ChannelPlan) -> Iterator[Image]:
+    for table in (*plan.lookups, *plan.preintegrated):
+        yield Image(table.file, table.format, table.shape_zyx, table.transfer)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:

@@ -5,7 +5,7 @@ with the edited function.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import entry_extinctions, entry_table
-from volprep.render.inputs import Edit, Inputs
+from volprep.render.inputs import Inputs
 from volprep.scan.block_ranges import BlockRanges
 from volprep.transfer.lookup import lookup_table, lookup_texels
 from volprep.transfer.texel_forms import opaque_per_mm
@@ -33,9 +33,16 @@ from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
 
 
-def edit_with(function: TransferFunction) -> Edit:
-    """Return the edit that draws `function` in place of the one of the program."""
-    return lambda package, inputs: edited_inputs(package, inputs, function)
+@dataclass(frozen=True)
+class FunctionEdit:
+    """The edit that draws a transfer function in place of the one of a program."""
+
+    function: TransferFunction
+    """The function."""
+
+    def __call__(self, package: Package, inputs: Inputs) -> Inputs:
+        """Return the inputs of the program after the edit."""
+        return edited_inputs(package, inputs, self.function)
 
 
 def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) -> Inputs:

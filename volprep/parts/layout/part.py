@@ -6,11 +6,10 @@ from volprep.parts.bricks.flat import index_zyx
 from volprep.parts.case import Case
 from volprep.parts.layout.decision import lay_out
 from volprep.parts.layout.items import describe_layout, describe_levels
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.plan.decisions import CompressionChoice
-from volprep.plan.records import ChannelPlan, VolumePlan
+from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.program import ProgramDesign
 
 
 def _plan(case: Case) -> Case:
@@ -22,26 +21,18 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     yield from describe_layout(plan, case.scene)
 
 
-def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:
-    own = [each for each in plan.volumes if each.level == level and each.transfer in {None, transfer}]
-    files = {file for each in own for file in each.files}
-    # All mipmaps of a texture are uploaded with it.
-    held = [each for each in plan.volumes if not files.isdisjoint(each.files)]
-    images: Images = {
-        f"{file} {each.mipmap or 0}": (each.format, each.shape_zyx) for each in held for file in each.files
-    }
-    for each in held:
-        images |= _places(plan, each)
-    return images
-
-
-def _places(plan: ChannelPlan, volume: VolumePlan) -> Images:
-    """Return the texture of the places of bricks, as large as it is if no brick is empty."""
-    bricks = volume.bricks
-    if bricks is None:
-        return {}
-    shape_zyx = plan.level(volume.level).shape_zyx
-    return {bricks.file: ("rgba8unorm", index_zyx(shape_zyx, bricks.size, plan.profile))}
+def _images(plan: ChannelPlan) -> Iterator[Image]:
+    for drawn in plan.volumes:
+        # All mipmaps of a texture are uploaded with it.
+        for held in plan.volumes:
+            if not set(drawn.files).isdisjoint(held.files):
+                for file in held.files:
+                    name = f"{file} {held.mipmap or 0}"
+                    yield Image(name, held.format, held.shape_zyx, drawn.transfer, drawn.level)
+        if drawn.bricks is not None:
+            # The texture of the places of bricks is as large as it is if no brick is empty.
+            shape_zyx = index_zyx(plan.level(drawn.level).shape_zyx, drawn.bricks.size, plan.profile)
+            yield Image(drawn.bricks.file, "rgba8unorm", shape_zyx, drawn.transfer, drawn.level)
 
 
 PART = Part(name="layout", plan=_plan, items=_items, images=_images)

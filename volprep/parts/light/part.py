@@ -8,7 +8,7 @@ from volprep.parts.case import Case, Trial
 from volprep.parts.light.decision import KIND, beside_level, light_items, plan_light, require_light
 from volprep.parts.light.stage import STAGE
 from volprep.parts.light.trial import try_light
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.plan.decisions import LightChoice
 from volprep.plan.products import LightPlan
 from volprep.plan.records import ChannelPlan
@@ -41,15 +41,15 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return light_items(plan.part(LightPlan), case.scene, plan.grid, case.part(LightChoice))
 
 
-def _images(plan: ChannelPlan, transfer: str, _level: int, program: ProgramDesign | None) -> Images:
+def _images(plan: ChannelPlan) -> Iterator[Image]:
     light = plan.part(LightPlan)
-    if light is None or program is None or not program.baked:
-        return {}
-    return {
-        each.file: (light.format, light.texels_zyx)
-        for each in light.textures
-        if each.transfer == transfer and not each.is_of_a_cut
-    }
+    for texture in light.textures if light else ():
+        if not texture.is_of_a_cut:
+            yield Image(texture.file, light.format, light.texels_zyx, texture.transfer, is_read_by=_reads)
+
+
+def _reads(program: ProgramDesign) -> bool:
+    return program.baked
 
 
 def _has(manifest: Manifest) -> bool | None:

@@ -6,7 +6,7 @@ from volprep.parts.ablation import AblationItem, Changes, Gain, by_the_scene
 from volprep.parts.case import Case
 from volprep.parts.normals.decision import KIND, beside_level, normal_items, plan_normals, wanted_normals
 from volprep.parts.normals.stage import STAGE
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Beside, Misfit
@@ -29,13 +29,15 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return normal_items(plan.part(NormalsPlan), case.scene, plan.levels)
 
 
-def _images(plan: ChannelPlan, _transfer: str, level: int, program: ProgramDesign | None) -> Images:
+def _images(plan: ChannelPlan) -> Iterator[Image]:
     normals = plan.part(NormalsPlan)
-    reads = program is not None and program.lighting != "none" and program.normals_from == "volume"
-    if normals is None or not reads:
-        return {}
-    textures = [each for each in normals.textures if each.level == level]
-    return {file: (normals.format, each.shape_zyx) for each in textures for file in each.files}
+    for texture in normals.textures if normals else ():
+        for file in texture.files:
+            yield Image(file, normals.format, texture.shape_zyx, level=texture.level, is_read_by=_reads)
+
+
+def _reads(program: ProgramDesign) -> bool:
+    return program.lighting != "none" and program.normals_from == "volume"
 
 
 def _is_lit(scene: Scene) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.case import Case
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.parts.segments.decision import (
     label_sets,
     plan_segments,
@@ -21,7 +21,6 @@ from volprep.plan.products import SegmentsPlan
 from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.segments.record import table_shape
-from volprep_formats.package.program import ProgramDesign
 
 
 def _plan(case: Case) -> Case:
@@ -37,13 +36,14 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
         yield label_sets(tables, case.layout.levels, case.profile)[1]
 
 
-def _images(plan: ChannelPlan, _transfer: str, level: int, _program: ProgramDesign | None) -> Images:
+def _images(plan: ChannelPlan) -> Iterator[Image]:
     segments = plan.part(SegmentsPlan)
     if segments is None:
-        return {}
-    own = [each for each in segments.textures if each.level == level]
-    images: Images = {file: (segments.format, each.shape_zyx) for each in own for file in each.files}
-    return images | {segments.looks: ("rgba8unorm", (1, *table_shape(len(segments.labels))))}
+        return
+    yield Image(segments.looks, "rgba8unorm", (1, *table_shape(len(segments.labels))))
+    for texture in segments.textures:
+        for file in texture.files:
+            yield Image(file, segments.format, texture.shape_zyx, level=texture.level)
 
 
 PART = Part(

@@ -6,7 +6,7 @@ from typing import Literal
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
 from volprep.parts.case import Case
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.parts.skip.decision import KIND, RANGES_KIND, SkipInputs, describe_skip, plan_skip
 from volprep.parts.skip.stage import STAGE
 from volprep.parts.stage import required
@@ -15,7 +15,6 @@ from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.program import ProgramDesign
 
 
 def found_of(case: Case) -> SkipInputs:
@@ -45,12 +44,10 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return describe_skip(required(plan.part(SkipPlan)), case.shown_alone, case.scene.skip, found_of(case))
 
 
-def _images(plan: ChannelPlan, transfer: str, level: int, _program: ProgramDesign | None) -> Images:
+def _images(plan: ChannelPlan) -> Iterator[Image]:
     skip = plan.part(SkipPlan)
-    tables = skip.tables if skip else ()
-    return {
-        each.file: (each.format, each.shape_zyx) for each in tables if (each.transfer, each.level) == (transfer, level)
-    }
+    for table in skip.tables if skip else ():
+        yield Image(table.file, table.format, table.shape_zyx, table.transfer, table.level)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:

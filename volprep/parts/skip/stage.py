@@ -6,6 +6,8 @@ table that the shader reads, so that rounding never hides a visible sample.
 
 import math
 from collections.abc import Iterator
+from functools import cache
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,28 +48,28 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     skip = required(plan.part(SkipPlan))
-    progress.start("skip", len(plan.levels))
+    progress.start("skip", len(skip.tables) + len(skip.ranges))
+    ranges_of = cache(lambda level, block: ranges_on_gpu(draft, plan, plan.level(level), block))
     textures: list[Texture] = []
     tables: list[SkipTable] = []
     records: list[BlockRangesRecord] = []
-    for level in plan.levels:
-        measured: dict[int, BlockRanges] = {}
-        for wanted in (table for table in skip.tables if table.level == level.index):
-            ranges = _measured(draft, plan, level, wanted.block, measured)
-            texture, table = _table(draft, plan, level, wanted, _occupied(draft, plan, level, wanted.transfer, ranges))
-            textures.append(texture)
-            tables.append(table)
-        for shipped in (ranges for ranges in skip.ranges if ranges.level == level.index):
-            ranges = _measured(draft, plan, level, shipped.block, measured)
-            textures.append(_write_ranges(draft, plan, shipped, ranges))
-            records.append(
-                BlockRangesRecord(
-                    texture=shipped.name, level=level.index, block=shipped.block, blocks_zyx=ranges.shape_zyx
-                )
+    for wanted in sorted(skip.tables, key=attrgetter("level")):
+        level, ranges = plan.level(wanted.level), ranges_of(wanted.level, wanted.block)
+        texture, table = _table(draft, plan, level, wanted, _occupied(draft, plan, level, wanted.transfer, ranges))
+        textures.append(texture)
+        tables.append(table)
+        progress.advance()
+    for shipped in skip.ranges:
+        ranges = ranges_of(shipped.level, shipped.block)
+        textures.append(_write_ranges(draft, plan, shipped, ranges))
+        records.append(
+            BlockRangesRecord(
+                texture=shipped.name, level=shipped.level, block=shipped.block, blocks_zyx=ranges.shape_zyx
             )
+        )
         progress.advance()
     return Contribution(
-        textures=tuple(textures),
+        textures=tuple(sorted(textures, key=attrgetter("level"))),
         skipping=Skipping(epsilon=skip.epsilon, tables=tuple(tables), ranges=tuple(records)),
     )
 
@@ -100,15 +102,6 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
         progress.advance()
     epsilon = required(group[0].part(SkipPlan)).epsilon
     return Contribution(textures=tuple(textures), skipping=Skipping(epsilon=epsilon, tables=tuple(tables)))
-
-
-def _measured(
-    draft: Draft, plan: ChannelPlan, level: LevelPlan, block: int, measured: dict[int, BlockRanges]
-) -> BlockRanges:
-    """Ranges of the blocks of a level; transfer functions share them."""
-    if block not in measured:
-        measured[block] = ranges_on_gpu(draft, plan, level, block)
-    return measured[block]
 
 
 def _occupied(

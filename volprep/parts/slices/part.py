@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.case import Case, Joint
-from volprep.parts.part import Images, Part
+from volprep.parts.part import Image, Part
 from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices, refuse_slices, with_slices
 from volprep.parts.slices.error import settle
@@ -13,7 +13,6 @@ from volprep.plan.products import SlicesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.plan.room import Beside
 from volprep_formats.package.manifest import PlanItem
-from volprep_formats.package.program import ProgramDesign
 
 
 def _plan(case: Case) -> Case:
@@ -33,12 +32,11 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return describe_slices(plan, case.decided(SlicesChoice))
 
 
-def _images(plan: ChannelPlan, transfer: str, _level: int, _program: ProgramDesign | None) -> Images:
+def _images(plan: ChannelPlan) -> Iterator[Image]:
     slices = plan.part(SlicesPlan)
-    if slices is None:
-        return {}
-    textures = [each for stack in slices.stacks if stack.transfer == transfer for each in stack.textures]
-    return {each.file: (slices.format, (1, *each.shape_yx)) for each in textures}
+    for stack in slices.stacks if slices else ():
+        for texture in stack.textures:
+            yield Image(texture.file, slices.format, (1, *texture.shape_yx), stack.transfer, slices.level)
 
 
 PART = Part(
