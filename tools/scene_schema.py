@@ -13,6 +13,10 @@ def scene_schema() -> Schema:
     schema = Scene.model_json_schema()
     records, fields = schema["$defs"], schema["properties"]
     lab: Schema = {}
+    # Builds write these keys.
+    del fields["recognised"], records["ColourChannel"]
+    for record in ("SourceSpec", "ChannelSpec"):
+        del records[record]["properties"]["colour"]
     for name, keys in KEYS.items():
         record = table_of(name).__name__
         own, meaning = records[record]["properties"], records[record]["description"]

@@ -103,7 +103,7 @@ def _package(folder: Path, profile: str, channels: int, wish: str, *, together: 
         functions += '{ value = 40.0, colour = "#ff6030", extinction_per_mm = 0.0 },\n'
         functions += '{ value = 255.0, colour = "#ffffff", extinction_per_mm = 0.03 }]\n'
     # Without tables every sample is fetched, which is what is measured.
-    text += f'{functions}[textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[pyramid]\nfilter = "box"\n'
+    text += f'{functions}[lab.textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[pyramid]\nfilter = "box"\n'
     scene = folder / f"{name}.toml"
     scene.write_text(text + ("[together]\n" if together else ""))
     build(load_request(scene), folder / f"{name}.volpkg", Silent())

@@ -99,7 +99,7 @@ def test_the_verb_makes_what_build_makes(tmp_path) -> None:
     ("table", "profile", "says"),
     [
         (
-            "\n[bricks]\nsize = 2\nreach = 3\n",
+            "\n[bricks]\nsize = 2\n[lab.bricks]\nreach = 3\n",
             "gles3",
             r"VP3031 bricks of 2 cells .* 3 voxels: a brick would need 7 texels",
         ),

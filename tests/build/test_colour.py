@@ -249,7 +249,7 @@ REFUSED = {
     '[lighting]\nbaked = "occlusion"\n': "lighting",
     '[textures]\ncompression = "etc2"\n': "compression etc2",
     "[textures]\nmipmaps = true\n": "mipmaps",
-    '[textures]\nchannels = "apart"\n': "channels in textures of their own",
+    '[lab.textures]\nchannels = "apart"\n': "channels in textures of their own",
     "[skip]\nranges = true\n": "ranges of blocks",
 }
 

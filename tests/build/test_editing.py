@@ -120,7 +120,7 @@ def test_it_is_sound_and_each_coarser_level_has_a_histogram_and_tables(pair):
         ("gles3", 'render = { classification = "palette" }', "classification palette"),
         ("gles3", 'render = { classification = "preintegrated" }', "classification preintegrated"),
         ("gles3", "proxy = {}", "proxy"),
-        ("gles1", 'slices = { form = "rgba" }', "slices.form rgba"),
+        ("gles1", 'lab.slices = { form = "rgba" }', "slices.form rgba"),
     ],
 )
 def test_what_rests_on_transfer_functions_is_refused(tmp_path, profile, more, what):

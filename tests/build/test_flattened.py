@@ -32,7 +32,7 @@ def packages(folder: Path, profile: str, more: str) -> list[Package]:
         place.mkdir()
         (place / "tried.raw").write_bytes((ball + noise).astype(np.uint8).tobytes())
         given = {"profile": profile, "top": 'crop = "none"', "filter": "box"}
-        text = SCENE.format(**given, more=f'[textures]\nflatten = "{wish}"\n{more}')
+        text = SCENE.format(**given, more=f'[lab.textures]\nflatten = "{wish}"\n{more}')
         (place / "tried.toml").write_text(text.replace("[10, 15, 18]", str([*SHAPE_ZYX])))
         built(place / "tried.toml", place / "p.volpkg")
         made.append(Package.open(place / "p.volpkg"))

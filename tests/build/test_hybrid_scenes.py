@@ -72,7 +72,7 @@ def _broken(package, name, bad):
 
 
 def test_what_is_not_drawn_is_not_shipped(tmp_path):
-    hybrid = Package.open(package_in(tmp_path, tables=f"{HYBRID}lines = false\n")).manifest.render.hybrid
+    hybrid = Package.open(package_in(tmp_path, tables=f"{HYBRID}[lab.hybrid]\nlines = false\n")).manifest.render.hybrid
     assert hybrid.shaders == ("shaders/enlarged.vert", "shaders/enlarged.frag")
     assert not (drawn(tmp_path / "ball.volpkg") != drawn(tmp_path / "ball.volpkg", HybridWish((15, 20), False))).any()
     (tmp_path / "without").mkdir()
@@ -103,5 +103,5 @@ def test_a_small_picture_of_an_impossible_size_is_refused(tmp_path, side):
 
 
 def test_a_picture_that_has_no_more_pixels_is_drawn_with_its_own(tmp_path):
-    path = package_in(tmp_path, tables="[hybrid]\nlongest_side = 80\nlines = false\n")
+    path = package_in(tmp_path, tables="[hybrid]\nlongest_side = 80\n[lab.hybrid]\nlines = false\n")
     np.testing.assert_array_equal(drawn(path), drawn(path, HybridWish(SHAPE_HW, lines=False)))

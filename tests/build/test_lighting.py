@@ -62,11 +62,11 @@ CASES = {
     "phong-surface": ("phong", PHONG.format("central"), "gles3", "isosurface"),
     "phong-bricks": (
         "phong",
-        PHONG.format("central") + "[bricks]\nsize = 8\nreach = 2\n",
+        PHONG.format("central") + "[bricks]\nsize = 8\n[lab.bricks]\nreach = 2\n",
         "gles3",
         "emission-absorption",
     ),
-    "head-bricks": ("headlight", FORWARD + "[bricks]\nsize = 5\nreach = 2\n", "gles3", "isosurface"),
+    "head-bricks": ("headlight", FORWARD + "[bricks]\nsize = 5\n[lab.bricks]\nreach = 2\n", "gles3", "isosurface"),
     "phong-mipmaps": (
         "phong",
         PHONG.format("central") + "[textures]\nmipmaps = true\n",
@@ -157,7 +157,7 @@ def test_classified_voxels_have_no_differences_of_values(tmp_path) -> None:
     assert found.value.code == "VP3120"
 
 
-@pytest.mark.parametrize("table", ["[bricks]\nsize = 8\nreach = 2\n", "[textures]\nmipmaps = true\n"])
+@pytest.mark.parametrize("table", ["[bricks]\nsize = 8\n[lab.bricks]\nreach = 2\n", "[textures]\nmipmaps = true\n"])
 def test_normals_of_a_volume_are_neither_in_bricks_nor_in_mipmaps(tmp_path, table) -> None:
     with pytest.raises(VolprepError, match=r"VP3003 .*normals"):
         package_of(tmp_path, "headlight", table)
@@ -174,7 +174,7 @@ def test_light_on_bricks_without_ghost_voxels_is_refused(tmp_path) -> None:
         (0, "gles3", "[textures]\nmipmaps = true\n"),
         (1, "gles3", "[textures]\nmipmaps = true\n"),
         (3, "gles2-2048", ""),
-        (1, "gles3", "[bricks]\nsize = 8\nreach = 2\n"),
+        (1, "gles3", "[bricks]\nsize = 8\n[lab.bricks]\nreach = 2\n"),
     ],
     ids=["mipmap 0", "mipmap 1", "mosaic", "bricks"],
 )

@@ -75,7 +75,7 @@ def test_voxels_that_are_colours_have_mipmaps_too(tmp_path) -> None:
 @pytest.mark.parametrize("together", ["packed", "apart"])
 def test_channels_have_mipmaps_of_their_own_or_together(tmp_path, together) -> None:
     scene = write_channel_scene(tmp_path)
-    wishes = f'[textures]\nchannels = "{together}"\nmipmaps = true\n\n[render]'
+    wishes = f'[textures]\nmipmaps = true\n[lab.textures]\nchannels = "{together}"\n\n[render]'
     scene.write_text(scene.read_text(encoding="utf-8").replace("[render]", wishes), encoding="utf-8")
     package = scene_builds.built(scene, tmp_path / "a.volpkg")
     assert check(package.path) == []

@@ -38,7 +38,7 @@ def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     return folder / "p.volpkg"
 
 
-LIT = '[quantize]\nbits = 8\n[render]\nlighting = "headlight"\n[normals]\nmagnitude = true\n'
+LIT = '[quantize]\nbits = 8\n[render]\nlighting = "headlight"\n[normals]\n[lab.normals]\nmagnitude = true\n'
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +139,7 @@ def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
 
 @pytest.mark.long
 def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeypatch):
-    wanted = "[normals]\nmagnitude = true\n"
+    wanted = "[normals]\n[lab.normals]\nmagnitude = true\n"
     (tmp_path / "again").mkdir()
     whole = Package.open(built(tmp_path, wanted, "gles2-2048"))
     monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)

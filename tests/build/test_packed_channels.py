@@ -51,7 +51,7 @@ FORMATS = {
 def scene_of(folder: Path, profile: str = "gles3", count: int = 2, wish: str = "packed", extra: str = "") -> Path:
     """The small scene, with so many channels drawn."""
     scene = write_channel_scene(folder, profile, "box")
-    text = scene.read_text().replace("[render]", f'[textures]\nchannels = "{wish}"\n[render]')
+    text = scene.read_text().replace("[render]", f'[lab.textures]\nchannels = "{wish}"\n[render]')
     if count >= 3:
         text += AIR
     if count == 4:
@@ -234,7 +234,7 @@ class TestWhen:
 
     def test_compressed_channels_stay_apart(self, tmp_path) -> None:
         scene = scene_of(tmp_path)
-        scene.write_text(scene.read_text().replace("[textures]", '[textures]\ncompression = "eac"'))
+        scene.write_text(scene.read_text().replace("[lab.textures]", '[textures]\ncompression = "eac"\n[lab.textures]'))
         assert self.item(scene).reason == "compressed texels hold one channel"
 
 

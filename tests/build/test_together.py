@@ -34,7 +34,7 @@ FLOAT32 = 2e-6
 def scene_of(folder: Path, profile: str = "gles3", wish: str = "auto", extra: str = "") -> Path:
     scene = write_channel_scene(folder, profile, "box")
     text = scene.read_text().replace(
-        "[render]", f'[textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[render]\nopacity_cutoff = 0.998'
+        "[render]", f'[lab.textures]\nchannels = "{wish}"\n[skip]\nkind = "none"\n[render]\nopacity_cutoff = 0.998'
     )
     scene.write_text(text + TOGETHER + extra)
     return scene
@@ -148,7 +148,7 @@ class TestWhatItDraws:
         "change",
         [
             ("[render]", '[lab.render]\npalette_entries = 256\n[render]\nclassification = "palette"'),
-            ("[textures]", "[textures]\nmipmaps = true"),
+            ("[lab.textures]", "[textures]\nmipmaps = true\n[lab.textures]"),
         ],
         ids=["palette", "mipmaps"],
     )

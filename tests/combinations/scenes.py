@@ -38,7 +38,7 @@ style = [{{ labels = [1], tint = "#20c0ff", opacity = 0.3 }}, {{ labels = [2], t
 """
 _COLOUR = "[colour]\npoints = [{ value = 0.0, extinction_per_mm = 0.0 }, { value = 1.0, extinction_per_mm = 0.5 }]\n"
 _TABLES: dict[tuple[str, str], tuple[str, str]] = {
-    ("layout", "bricks"): ("bricks", "size = 8\nreach = 2"),
+    ("layout", "bricks"): ("bricks", "size = 8\n[lab.bricks]\nreach = 2"),
     ("layout", "compressed"): ("textures", 'compression = "auto"'),
     ("layout", "mipmaps"): ("textures", "mipmaps = true"),
     ("levels", "several"): ("pyramid", "coarsest_longest_axis = 9"),

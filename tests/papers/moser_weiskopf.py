@@ -75,7 +75,7 @@ def _missing() -> str | None:
 
 
 def _package(bench: Bench, volume: Volume, form: str = "RGBA", stacks: str = "", *, editable: bool = False) -> Package:
-    more = f"{ALONE}[slices]\n{_FORMS[form]}\n[lab.slices]\n{stacks}\n"
+    more = f"{ALONE}[slices]\n[lab.slices]\n{_FORMS[form]}\n{stacks}\n"
     head = "editable = true" if editable else 'crop = "none"'
     return bench.package(volume, "mr-head", profile="gles1", head=head, more=more)
 

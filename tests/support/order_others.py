@@ -103,7 +103,7 @@ def _together(profile: str, channels: str) -> Callable[[Path], Falling]:
         folder.mkdir(parents=True, exist_ok=True)
         path = write_channel_scene(folder, profile)
         text = path.read_text().replace(
-            "[render]", f'[textures]\nchannels = "{channels}"\n[render]\nstep_voxels = 0.1\nopacity_cutoff = 1.0'
+            "[render]", f'[lab.textures]\nchannels = "{channels}"\n[render]\nstep_voxels = 0.1\nopacity_cutoff = 1.0'
         )
         path.write_text(text + '\n[skip]\nkind = "none"\n[together]\nname = "body"\ntransfers = ["white", "red"]\n')
         package = scene_builds.built(path, folder / "tissues.volpkg")

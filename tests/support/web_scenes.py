@@ -247,7 +247,8 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "segments with a shadow map": _first_hits(""),
     "bricks": _phantom("[bricks]\nsize = 4\n"),
     "lit bricks in mosaics": _phantom(
-        '[bricks]\nsize = 4\nreach = 2\n[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n',
+        "[bricks]\nsize = 4\n[lab.bricks]\nreach = 2\n"
+        '[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n',
         "gles2-2048",
     ),
     "half floats": _phantom("[quantize]\nbits = 16\n"),
@@ -255,8 +256,10 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "EAC": _compressed("eac"),
     "ETC2": _compressed("etc2"),
     "ASTC": _compressed("astc-5x5", "gles3-astc"),
-    "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\ndraco = "none"\n', level_filter="auto"),
-    "meshes on OpenGL ES 2": _phantom('[proxy]\nform = "blocks"\nblock = 4\ndraco = "none"\n', "gles2-2048"),
+    "meshes": _phantom('[proxy]\nform = "merged"\nblock = 4\n[lab.proxy]\ndraco = "none"\n', level_filter="auto"),
+    "meshes on OpenGL ES 2": _phantom(
+        '[proxy]\nform = "blocks"\nblock = 4\n[lab.proxy]\ndraco = "none"\n', "gles2-2048"
+    ),
     "slabs at meshes": _one('[render]\ntechnique = "slabs"\n[proxy]\nblock = 4\n'),
     "ray casting as published": _one('[render]\ntechnique = "ray-casting-as-published"\n'),
     "slabs": _phantom('[render]\ntechnique = "slabs"\n'),

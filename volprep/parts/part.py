@@ -21,7 +21,7 @@ def _by_all(_program: ProgramDesign) -> bool:
 
 
 @dataclass(frozen=True)
-class Image:
+class PlannedImage:
     """A texture that drawing takes, or a mipmap of one."""
 
     name: str
@@ -62,7 +62,7 @@ def _no_items(_plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
     yield from ()
 
 
-def _no_images(_plan: ChannelPlan) -> Iterator[Image]:
+def _no_images(_plan: ChannelPlan) -> Iterator[PlannedImage]:
     yield from ()
 
 
@@ -96,7 +96,7 @@ class Part:
     """Decide what all channels share, or what draws them together; the last part begins."""
     items: Callable[[ChannelPlan, Case], Iterator[PlanItem]] = _no_items
     """List the decisions, for people. Each file that is planned belongs to one item."""
-    images: Callable[[ChannelPlan], Iterator[Image]] = _no_images
+    images: Callable[[ChannelPlan], Iterator[PlannedImage]] = _no_images
     """Textures of it that drawing takes."""
     stages: tuple[Stage, ...] = ()
     """Stages that make it."""

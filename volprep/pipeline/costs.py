@@ -5,7 +5,7 @@ The size of meshes is not known yet and not counted. Bricks count as if none wer
 
 from collections.abc import Iterator, Sequence
 
-from volprep.parts.part import Image
+from volprep.parts.part import PlannedImage
 from volprep.parts.registry import PARTS
 from volprep.plan.products import SlicesPlan
 from volprep.plan.records import ChannelPlan, Plan
@@ -23,7 +23,8 @@ def _costs(plan: Plan) -> Iterator[LevelCost]:
     if plan.joint is not None:
         pairs = [(name, _images(each)) for name, each in zip(plan.joint.transfers, plan.drawn_together, strict=True)]
         tables = [
-            Image(table.file, table.format, table.shape_zyx, level=table.level) for table in plan.joint.skip_tables
+            PlannedImage(table.file, table.format, table.shape_zyx, level=table.level)
+            for table in plan.joint.skip_tables
         ]
         for program in plan.joint.programs:
             yield from _of_program(program, [("", tables), *pairs])
@@ -37,21 +38,21 @@ def _costs(plan: Plan) -> Iterator[LevelCost]:
                 yield _cost(transfer, slices.level, _taken(images, transfer, slices.level))
 
 
-def _images(channel: ChannelPlan) -> list[Image]:
+def _images(channel: ChannelPlan) -> list[PlannedImage]:
     return [image for part in PARTS for image in part.images(channel)]
 
 
-def _of_program(program: ProgramDesign, drawn: Sequence[tuple[str, Sequence[Image]]]) -> Iterator[LevelCost]:
+def _of_program(program: ProgramDesign, drawn: Sequence[tuple[str, Sequence[PlannedImage]]]) -> Iterator[LevelCost]:
     for level in program.levels:
         taken = [_taken(images, transfer, level) for transfer, images in drawn]
         yield _cost(program.transfer, level, [image for each in taken for image in each if image.is_read_by(program)])
 
 
-def _taken(images: Sequence[Image], transfer: str, level: int) -> list[Image]:
+def _taken(images: Sequence[PlannedImage], transfer: str, level: int) -> list[PlannedImage]:
     """Return the images that drawing a transfer function at a level takes."""
     return [image for image in images if image.transfer in {None, transfer} and image.level in {None, level}]
 
 
-def _cost(picture: str, level: int, images: Sequence[Image]) -> LevelCost:
+def _cost(picture: str, level: int, images: Sequence[PlannedImage]) -> LevelCost:
     taken = {image.name: (image.format, image.shape_zyx) for image in images}
     return LevelCost(picture=picture, level=level, **dict(cost_of(taken.values())))

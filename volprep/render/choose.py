@@ -10,7 +10,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
 
-class FunctionEdit(Protocol):
+class EditOfFunction(Protocol):
     """A transfer function that a user puts in place of the one that is drawn."""
 
     @property
@@ -27,7 +27,7 @@ def renderer_of(
     level: int | None = None,
     transfer: str | None = None,
     point: int | None = None,
-    edit: FunctionEdit | None = None,
+    edit: EditOfFunction | None = None,
 ) -> Renderer | SliceRenderer:
     """Return the renderer of a package, into 8 bits, also after an edit. Errors as `Renderer` and `SliceRenderer`."""
     if package.manifest.profile.has_shaders:

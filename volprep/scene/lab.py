@@ -6,13 +6,17 @@ The key `epsilon` of the table `[lab.skip]` is the field `skip.epsilon` of `Scen
 from collections.abc import Iterator, Mapping
 
 KEYS: Mapping[str, frozenset[str]] = {
-    "hybrid": frozenset(("opacity",)),
+    "bricks": frozenset(("reach",)),
+    "hybrid": frozenset(("lines", "opacity")),
+    "lighting": frozenset(("radius_mm",)),
     "mosaic": frozenset(("order", "gutter")),
-    "normals": frozenset(("space",)),
-    "proxy": frozenset(("epsilon", "transfers", "levels")),
+    "normals": frozenset(("magnitude", "space")),
+    "proxy": frozenset(("draco", "epsilon", "transfers", "levels")),
+    "pyramid": frozenset(("refine",)),
     "render": frozenset(("palette_entries",)),
     "skip": frozenset(("epsilon",)),
-    "slices": frozenset(("layers", "palette_entries", "stacks")),
+    "slices": frozenset(("form", "layers", "palette_entries", "stacks")),
+    "textures": frozenset(("channels", "flatten")),
 }
 """Keys of each table that a scene file has in [lab]."""
 
@@ -27,8 +31,15 @@ def without_lab(tables: Mapping[str, object]) -> dict[str, object]:
 
 
 def misplaced(tables: Mapping[str, object]) -> Iterator[str]:
-    """Describe each key that is in [lab] and belongs into its own table, or the reverse."""
+    """Describe each key that is in [lab] and belongs into its own table, or the reverse, or is for builds alone."""
     lab = _table(tables, "lab")
+    if "recognised" in tables:
+        yield "recognised: a build writes this key, and a scene file has none"
+    source = _table(tables, "source")
+    channels = source.get("channels")
+    for each in (source, *(channels if isinstance(channels, list) else ())):
+        if isinstance(each, dict) and "colour" in each:
+            yield "source.colour: a build writes this key, for the table [colour]"
     for name in KEYS:
         for key in sorted(KEYS[name] & _table(tables, name).keys()):
             yield f"{name}.{key}: this key is now in the table [lab.{name}]"

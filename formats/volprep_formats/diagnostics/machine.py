@@ -86,7 +86,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7030": Diagnostic(
         ExitStatus.PACKAGE,
         "{path}: profile {profile} is for OpenGL ES 1.1, and its slices have no palettes: the page draws paletted ones",
-        'Build the scene with slices.form = "palette", or for a profile of OpenGL ES 2 or 3, for example gles2-2048.',
+        'Build the scene with lab.slices.form = "palette", or for a profile of OpenGL ES 2 or 3, such as gles2-2048.',
     ),
     "VP7031": Diagnostic(
         ExitStatus.MACHINE,

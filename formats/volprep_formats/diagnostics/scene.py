@@ -128,7 +128,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3050": Diagnostic(
         ExitStatus.SCENE,
         "normals of code {coded} need textures of format {needed}, but profile {profile} has only {known}",
-        "Choose another normals.code, or leave normals.magnitude out.",
+        "Choose another normals.code, or leave lab.normals.magnitude out.",
     ),
     "VP3060": Diagnostic(
         ExitStatus.SCENE,
@@ -215,9 +215,9 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3165": Diagnostic(
         ExitStatus.SCENE,
-        "lighting.normals {normals} reads one voxel beside a sample, but bricks.reach is {reach}: the next brick may "
-        "not be stored",
-        "Set bricks.reach to 2.",
+        "lighting.normals {normals} reads one voxel beside a sample, but lab.bricks.reach is {reach}: the next brick "
+        "may not be stored",
+        "Set lab.bricks.reach to 2.",
     ),
     "VP3166": Diagnostic(
         ExitStatus.SCENE,

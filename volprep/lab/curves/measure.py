@@ -176,7 +176,7 @@ class _Bench:
                     level=variant.level,
                     step_mm=step_mm,
                     errors=_errors(renderer.render(camera, (pixels, pixels), step_mm), truth),
-                    upload_bytes=_upload_bytes(package.manifest, variant.level),
+                    upload_bytes=renderer.uploaded_bytes,
                     package_bytes=sum(record.size_bytes for record in package.manifest.files),
                     build_seconds=made.seconds,
                     chosen=name == chosen and ratio == 1.0 and variant.level == choice.compared_at,
@@ -215,11 +215,3 @@ def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:
         flip_black=seen.black,
         flip_white=seen.white,
     )
-
-
-def _upload_bytes(manifest: Manifest, level: int) -> int:
-    sizes = {record.path: record.size_bytes for record in manifest.files}
-    files = {texture.file for texture in manifest.textures if texture.level in {None, level}}
-    if manifest.proxy is not None:
-        files |= {mesh.file for mesh in manifest.proxy.meshes if mesh.file is not None and mesh.level == level}
-    return sum(sizes[path] for path in files)

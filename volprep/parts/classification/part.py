@@ -15,7 +15,7 @@ from volprep.parts.classification.decision import (
     require_one_channel,
 )
 from volprep.parts.classification.stage import STAGE
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.plan.decisions import Tables
 from volprep.plan.item_kinds import BEYOND, TABLES
 from volprep.plan.records import ChannelPlan, PreintegratedPlan
@@ -64,9 +64,9 @@ def _of_voxels(scene: Scene) -> Iterator[PlanItem]:
     )
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     for table in (*plan.lookups, *plan.preintegrated):
-        yield Image(table.file, table.format, table.shape_zyx, table.transfer)
+        yield PlannedImage(table.file, table.format, table.shape_zyx, table.transfer)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:

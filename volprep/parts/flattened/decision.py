@@ -52,7 +52,7 @@ def _obstacle(case: Case) -> str | None:
 
 def _obstacles(scene: Scene, case: Case) -> Iterator[tuple[str, bool]]:
     render, finest = scene.render, case.layout.volumes[0]
-    yield 'the scene does not ask for it: textures.flatten is "none"', scene.textures.flatten == "none"
+    yield 'the scene does not ask for it: lab.textures.flatten is "none"', scene.textures.flatten == "none"
     yield "users may edit transfer functions", scene.editable or scene.skip.ranges
     yield "labels keep their numbers", bool(scene.source.labels)
     yield (
@@ -84,6 +84,6 @@ def describe_flattened(plan: FlattenedPlan | None, case: Case) -> Iterator[PlanI
         kind=KIND,
         kept=True,
         reason=f"at least {plan.share:.1%} of the volume is empty: voxels at least {plan.reach + 1} voxels from what a "
-        'transfer function shows get one value, so that textures compress better; textures.flatten = "none" keeps the '
-        "values of the scan",
+        'transfer function shows get one value, so that textures compress better; lab.textures.flatten = "none" '
+        "keeps the values of the scan",
     )

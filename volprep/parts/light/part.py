@@ -8,7 +8,7 @@ from volprep.parts.case import Case, Trial
 from volprep.parts.light.decision import KIND, beside_level, light_items, plan_light, require_light
 from volprep.parts.light.stage import STAGE
 from volprep.parts.light.trial import try_light
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.plan.decisions import LightChoice
 from volprep.plan.products import LightPlan
 from volprep.plan.records import ChannelPlan
@@ -41,11 +41,11 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return light_items(plan.part(LightPlan), case.scene, plan.grid, case.part(LightChoice))
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     light = plan.part(LightPlan)
     for texture in light.textures if light else ():
         if not texture.is_of_a_cut:
-            yield Image(texture.file, light.format, light.texels_zyx, texture.transfer, is_read_by=_reads)
+            yield PlannedImage(texture.file, light.format, light.texels_zyx, texture.transfer, is_read_by=_reads)
 
 
 def _reads(program: ProgramDesign) -> bool:

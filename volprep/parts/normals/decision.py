@@ -157,6 +157,6 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         kept=normals.magnitude,
         reason="in the last channel of the normals, as the scene asks"
         if normals.magnitude
-        else "the scene does not ask for them: normals.magnitude is false",
+        else "the scene does not ask for them: lab.normals.magnitude is false",
         size_bytes=0 if normals.magnitude else voxels,
     )

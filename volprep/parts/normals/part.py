@@ -6,7 +6,7 @@ from volprep.parts.ablation import AblationItem, Changes, Gain, by_the_scene
 from volprep.parts.case import Case
 from volprep.parts.normals.decision import KIND, beside_level, normal_items, plan_normals, wanted_normals
 from volprep.parts.normals.stage import STAGE
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Beside, Misfit
@@ -29,11 +29,11 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return normal_items(plan.part(NormalsPlan), case.scene, plan.levels)
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     normals = plan.part(NormalsPlan)
     for texture in normals.textures if normals else ():
         for file in texture.files:
-            yield Image(file, normals.format, texture.shape_zyx, level=texture.level, is_read_by=_reads)
+            yield PlannedImage(file, normals.format, texture.shape_zyx, level=texture.level, is_read_by=_reads)
 
 
 def _reads(program: ProgramDesign) -> bool:

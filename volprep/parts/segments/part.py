@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.case import Case
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.parts.segments.decision import (
     label_sets,
     plan_segments,
@@ -36,14 +36,14 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
         yield label_sets(tables, case.layout.levels, case.profile)[1]
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     segments = plan.part(SegmentsPlan)
     if segments is None:
         return
-    yield Image(segments.looks, "rgba8unorm", (1, *table_shape(len(segments.labels))))
+    yield PlannedImage(segments.looks, "rgba8unorm", (1, *table_shape(len(segments.labels))))
     for texture in segments.textures:
         for file in texture.files:
-            yield Image(file, segments.format, texture.shape_zyx, level=texture.level)
+            yield PlannedImage(file, segments.format, texture.shape_zyx, level=texture.level)
 
 
 PART = Part(

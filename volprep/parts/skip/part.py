@@ -6,7 +6,7 @@ from typing import Literal
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
 from volprep.parts.case import Case
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.parts.skip.decision import KIND, RANGES_KIND, SkipInputs, describe_skip, plan_skip
 from volprep.parts.skip.stage import STAGE
 from volprep.parts.stage import required
@@ -44,10 +44,10 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return describe_skip(required(plan.part(SkipPlan)), case.shown_alone, case.scene.skip, found_of(case))
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     skip = plan.part(SkipPlan)
     for table in skip.tables if skip else ():
-        yield Image(table.file, table.format, table.shape_zyx, table.transfer, table.level)
+        yield PlannedImage(table.file, table.format, table.shape_zyx, table.transfer, table.level)
 
 
 def _chooser(scene: Scene) -> Literal["plan", "scene"]:

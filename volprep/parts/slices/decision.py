@@ -38,8 +38,8 @@ def with_slices(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
     settings = scene.slices or SliceSettings()
     refuse_frozen(
         {
-            f"slices.form {settings.form}": settings.form != "palette",
-            f"slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
+            f"lab.slices.form {settings.form}": settings.form != "palette",
+            f"lab.slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
         }
     )
     return scene.model_copy(update={"crop": "none"})

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from volprep.parts.case import Case, Joint
-from volprep.parts.part import Image, Part
+from volprep.parts.part import Part, PlannedImage
 from volprep.parts.programs.step import common_steps
 from volprep.parts.slices.decision import SlicesChoice, describe_slices, plan_of_slices, refuse_slices, with_slices
 from volprep.parts.slices.error import settle
@@ -32,11 +32,11 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     return describe_slices(plan, case.decided(SlicesChoice))
 
 
-def _images(plan: ChannelPlan) -> Iterator[Image]:
+def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     slices = plan.part(SlicesPlan)
     for stack in slices.stacks if slices else ():
         for texture in stack.textures:
-            yield Image(texture.file, slices.format, (1, *texture.shape_yx), stack.transfer, slices.level)
+            yield PlannedImage(texture.file, slices.format, (1, *texture.shape_yx), stack.transfer, slices.level)
 
 
 PART = Part(
