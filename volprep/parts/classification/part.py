@@ -18,7 +18,7 @@ from volprep.parts.classification.stage import STAGE
 from volprep.parts.part import Part, PlannedImage
 from volprep.plan.decisions import Tables
 from volprep.plan.item_kinds import BEYOND, TABLES
-from volprep.plan.records import ChannelPlan, PreintegratedPlan
+from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.program import WITH_TABLES
@@ -65,7 +65,8 @@ def _of_voxels(scene: Scene) -> Iterator[PlanItem]:
 
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
-    for table in (*plan.lookups, *plan.preintegrated):
+    tables: tuple[LookupPlan | PreintegratedPlan, ...] = (*plan.lookups, *plan.preintegrated)
+    for table in tables:
         yield PlannedImage(table.file, table.format, table.shape_zyx, table.transfer)
 
 

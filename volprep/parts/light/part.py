@@ -43,7 +43,9 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     light = plan.part(LightPlan)
-    for texture in light.textures if light else ():
+    if light is None:
+        return
+    for texture in light.textures:
         if not texture.is_of_a_cut:
             yield PlannedImage(texture.file, light.format, light.texels_zyx, texture.transfer, is_read_by=_reads)
 

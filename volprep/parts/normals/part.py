@@ -31,7 +31,9 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     normals = plan.part(NormalsPlan)
-    for texture in normals.textures if normals else ():
+    if normals is None:
+        return
+    for texture in normals.textures:
         for file in texture.files:
             yield PlannedImage(file, normals.format, texture.shape_zyx, level=texture.level, is_read_by=_reads)
 

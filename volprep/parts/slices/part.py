@@ -34,7 +34,9 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     slices = plan.part(SlicesPlan)
-    for stack in slices.stacks if slices else ():
+    if slices is None:
+        return
+    for stack in slices.stacks:
         for texture in stack.textures:
             yield PlannedImage(texture.file, slices.format, (1, *texture.shape_yx), stack.transfer, slices.level)
 
