@@ -40,8 +40,10 @@ struct Shade {
 
     explicit Shade(const Piece& piece) noexcept {
         double c[4][4] = {{0.0, 0.0, 0.0, kSoftLength}};
+        const bool whole = piece.from == -1.0 && piece.to == 1.0;
         for (int axis = 0; axis < 3; ++axis) {
-            const Cubic n = piece.normals->axes[axis].between(piece.from, piece.to);
+            const Cubic& in_cell = piece.normals->axes[axis];
+            const Cubic n = whole ? in_cell : in_cell.between(piece.from, piece.to);
             const double d = piece.normals->direction[axis];
             along = {along.c0 + d * n.c0, along.c1 + d * n.c1, along.c2 + d * n.c2, along.c3 + d * n.c3};
             c[0][axis] = n.c0;
@@ -83,8 +85,8 @@ struct Shade {
         const double cosine = along.at(y);
         return std::sqrt((cosine * cosine + kSoftSquare) / std::max(sum, kSoftSquare));
     }
-    // The largest |L| on the disc |y| <= radius; infinite where it may not be analytic.
-    double bound(double radius) const noexcept {
+    // The largest |L|^2 on the disc |y| <= radius; infinite where it may not be analytic.
+    double square_bound(double radius) const noexcept {
         const double least = least_square(radius);
         const double turned =
             radius * (std::fabs(along.c1) + radius * (std::fabs(along.c2) + radius * std::fabs(along.c3)));
@@ -92,8 +94,10 @@ struct Shade {
             return std::numeric_limits<double>::infinity();
         }
         const double largest = std::fabs(along.c0) + turned;
-        return std::sqrt((largest * largest + kSoftSquare) / least);
+        return (largest * largest + kSoftSquare) / least;
     }
+    // |L|^2 at 0, which is no larger.
+    double square_at_0() const noexcept { return (along.c0 * along.c0 + kSoftSquare) / square[0]; }
 
   private:
     static double dot(const double a[4], const double b[4]) noexcept {
@@ -120,22 +124,28 @@ Choice choose_rule(const Piece& piece, const Extinction& extinction, const Shade
                    double allowed) {
     Choice choice{nullptr, 0.0};
     std::size_t rules = kRules.size();
+    const double least_shine = shade.square_at_0();
     // From the smallest ellipse on: where one is too large, all that are larger are.
-    for (std::size_t i = kEllipseBounds.size(); i > 0; --i) {
+    for (std::size_t i = kEllipseBounds.size(); i > 0 && rules > 0; --i) {
         const EllipseBounds& ellipse = kEllipseBounds[i - 1];
         const double radius = ellipse.radius;
         const double spread = extinction.spread(radius);
         if (spread > kWidest) break;
-        const double shine = shade.bound(radius);
-        if (std::isinf(shine)) break;
         const double rate =
             extinction.half_length * extinction.largest(radius) * growth_bound(spread - extinction.depth_at_0());
         const double colour =
             limits.colour_max + piece.segment->colour_steepness * piece.value.slope_bound(radius) * (radius + 1.0);
-        const double scale = rate * colour * shine;
-        while (rules > 0 && scale * ellipse.series[rules - 1] <= allowed) {
+        // Squares, because a root for each ellipse was a tenth of a lit picture.
+        const auto square_of = [&](std::size_t rule, double shine) {
+            const double unlit = rate * colour * ellipse.series[rule];
+            return unlit * unlit * shine;
+        };
+        if (square_of(rules - 1, least_shine) > allowed * allowed) continue;
+        const double shine = shade.square_bound(radius);
+        if (std::isinf(shine)) break;
+        while (rules > 0 && square_of(rules - 1, shine) <= allowed * allowed) {
             --rules;
-            choice = {&kRules[rules], scale * ellipse.series[rules]};
+            choice = {&kRules[rules], std::sqrt(square_of(rules, shine))};
         }
     }
     return choice;

@@ -101,39 +101,76 @@ void corner_slopes(const Voxel* voxels, Shape3 shape, const double spacing_mm[3]
     }
 }
 
-// The trilinear field at a place in halves of voxels, x, y, z.
+// Values [z][y][x] of the trilinear field at four ascending places along each axis, in halves of voxels, which span
+// four voxels at most. One axis after the other: a place between two voxels has their mean.
 template <typename Voxel>
-double value_at_half(const Voxel* voxels, Shape3 shape, const int64_t place[3]) noexcept {
-    const int64_t strides[3] = {1, shape.x, shape.slice()};
-    int64_t low = 0;
-    int64_t next[3];
+void values_at_halves(const Voxel* voxels, Shape3 shape, const int64_t places_xyz[3][4],
+                      double values[4][4][4]) noexcept {
+    int64_t first[3];
+    int64_t low[3][4];
+    int64_t high[3][4];
     for (int axis = 0; axis < 3; ++axis) {
-        low += place[axis] / 2 * strides[axis];
-        next[axis] = place[axis] % 2 * strides[axis];
+        first[axis] = places_xyz[axis][0] / 2;
+        for (int i = 0; i < 4; ++i) {
+            low[axis][i] = places_xyz[axis][i] / 2 - first[axis];
+            high[axis][i] = (places_xyz[axis][i] + 1) / 2 - first[axis];
+        }
     }
-    double sum = 0.0;
-    for (int i = 0; i < 8; ++i) {
-        sum += static_cast<double>(voxels[low + (i & 1) * next[0] + (i >> 1 & 1) * next[1] + (i >> 2) * next[2]]);
+    double by_x[4][4][4];
+    double by_y[4][4][4];
+    for (int64_t z = 0; z <= high[2][3]; ++z) {
+        for (int64_t y = 0; y <= high[1][3]; ++y) {
+            const Voxel* row = voxels + ((first[2] + z) * shape.y + first[1] + y) * shape.x + first[0];
+            for (int x = 0; x < 4; ++x) {
+                by_x[z][y][x] = 0.5 * (static_cast<double>(row[low[0][x]]) + static_cast<double>(row[high[0][x]]));
+            }
+        }
+        for (int y = 0; y < 4; ++y) {
+            for (int x = 0; x < 4; ++x) by_y[z][y][x] = 0.5 * (by_x[z][low[1][y]][x] + by_x[z][high[1][y]][x]);
+        }
     }
-    return 0.125 * sum;
+    for (int z = 0; z < 4; ++z) {
+        for (int y = 0; y < 4; ++y) {
+            for (int x = 0; x < 4; ++x) values[z][y][x] = 0.5 * (by_y[low[2][z]][y][x] + by_y[high[2][z]][y][x]);
+        }
+    }
 }
 
 // The same slopes where some axes are halved, at the eight corners of a part of a cell. `halves_xyz` has its lower and
-// its upper end along each axis, in halves of voxels.
+// its upper end along each axis, in halves of voxels: as far apart as differences reach, or the same in the outer half
+// voxel.
 template <typename Voxel>
 void corner_slopes_halved(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
                           const int64_t halves_xyz[3][2], double corners[3][8]) noexcept {
     const int64_t counts[3] = {shape.x, shape.y, shape.z};
+    int64_t places[3][4];
+    int ahead[3][2];
+    int back[3][2];
+    double scale[3];
     for (int axis = 0; axis < 3; ++axis) {
+        const auto [low, high] = halves_xyz[axis];
         const int64_t reach = normals.halved[axis] ? 1 : 2;
-        const double scale = normals.slope_scale / (static_cast<double>(reach) * spacing_mm[axis]);
-        for (int i = 0; i < 8; ++i) {
-            int64_t place[3] = {halves_xyz[0][i & 1], halves_xyz[1][i >> 1 & 1], halves_xyz[2][i >> 2]};
-            const int64_t centre = place[axis];
-            place[axis] = std::min(centre + reach, 2 * (counts[axis] - 1));
-            const double ahead = value_at_half(voxels, shape, place);
-            place[axis] = std::max<int64_t>(centre - reach, 0);
-            corners[axis][i] = scale * (ahead - value_at_half(voxels, shape, place));
+        places[axis][0] = std::max<int64_t>(low - reach, 0);
+        places[axis][1] = low;
+        places[axis][2] = high;
+        places[axis][3] = std::min(high + reach, 2 * (counts[axis] - 1));
+        ahead[axis][0] = low == high ? 3 : 2;
+        ahead[axis][1] = 3;
+        back[axis][0] = 0;
+        back[axis][1] = low == high ? 0 : 1;
+        scale[axis] = normals.slope_scale / (static_cast<double>(reach) * spacing_mm[axis]);
+    }
+    double values[4][4][4];
+    values_at_halves(voxels, shape, places, values);
+    for (int i = 0; i < 8; ++i) {
+        const int side[3] = {i & 1, i >> 1 & 1, i >> 2};
+        const auto value_at = [&](int axis, int place) {
+            return values[axis == 2 ? place : 1 + side[2]][axis == 1 ? place : 1 + side[1]]
+                         [axis == 0 ? place : 1 + side[0]];
+        };
+        for (int axis = 0; axis < 3; ++axis) {
+            corners[axis][i] =
+                scale[axis] * (value_at(axis, ahead[axis][side[axis]]) - value_at(axis, back[axis][side[axis]]));
         }
     }
 }
