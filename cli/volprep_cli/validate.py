@@ -22,6 +22,7 @@ from volprep_formats.diagnostics import VolprepError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from volprep.report.study import Study
     from volprep.validation.records import EmptySpace, ProgramResult, TracedLight
     from volprep.validation.report_record import Report
     from volprep.validation.seen_records import OtherDrawing, SeenNumbers
@@ -113,14 +114,13 @@ def validate(
     from volprep_formats.installation import require_extra
 
     require_extra("validate")
-    from volprep.lab.studies import ABLATION, CURVES
     from volprep.report.validate import validate as validate_package
     from volprep.report.verdict_words import unsound_levels
     from volprep.validation.folder import STUDIES, default_report_path
     from volprep.validation.verdict_errors import error_of_verdict
 
     folder = report or default_report_path(package)
-    studies = [study for study, wanted in ((CURVES, curves), (ABLATION, ablate)) if wanted]
+    studies = _studies(curves=curves, ablate=ablate)
     with progress() as watcher:
         result = validate_package(
             package,
@@ -145,6 +145,14 @@ def validate(
         end_beyond(VolprepError("VP6085", path=package, listed=unsound, report=folder), as_json=as_json)
     if ablate:
         end_with_ablation(package, folder / STUDIES, as_json=as_json)
+
+
+def _studies(*, curves: bool, ablate: bool) -> "list[Study]":
+    if not (curves or ablate):
+        return []
+    from volprep.lab.studies import ABLATION, CURVES
+
+    return [study for study, wanted in ((CURVES, curves), (ABLATION, ablate)) if wanted]
 
 
 def _check(package: Path, *, as_json: bool) -> None:
