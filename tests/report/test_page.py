@@ -4,10 +4,14 @@ import re
 from html.parser import HTMLParser
 from itertools import pairwise
 from typing import get_args
+from unittest.mock import patch
 
 import pytest
+from jinja2 import Environment
 from sample_report import seen
 
+from volprep.report import environment as environment_module
+from volprep.report.environment import environment
 from volprep.report.page import page
 from volprep.report.text import kept_light, number
 from volprep.validation.report_record import Report
@@ -16,6 +20,25 @@ from volprep_formats.readers import READERS, title_of
 from volprep_formats.source import SourceFormat
 
 VOID = {"meta", "link", "img", "br", "input", "hr"}
+
+
+def test_a_template_is_compiled_once_for_all_processes(monkeypatch, tmp_path):
+    monkeypatch.setattr(environment_module, "_TEMPLATES", tmp_path)
+    (tmp_path / "a.j2").write_text("one")
+    make = environment.__wrapped__
+    assert make(1e-6).get_template("a.j2").render() == "one"
+    with patch.object(Environment, "compile", side_effect=AssertionError):
+        assert make(1e-6).get_template("a.j2").render() == "one"
+    (tmp_path / "a.j2").write_text("two")
+    assert make(1e-6).get_template("a.j2").render() == "two"
+
+
+def test_templates_in_a_folder_that_takes_no_file_are_compiled_each_time(monkeypatch, tmp_path):
+    monkeypatch.setattr(environment_module, "_TEMPLATES", tmp_path)
+    (tmp_path / "a.j2").write_text("one")
+    (tmp_path / "__pycache__").write_text("no folder")
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert environment.__wrapped__(1e-6).get_template("a.j2").render() == "one"
 
 
 class Elements(HTMLParser):

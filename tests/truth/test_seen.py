@@ -1,5 +1,7 @@
 """Errors over seen pixels, and the light that thin things keep."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -27,6 +29,16 @@ def bright_things(picture, truth, width):
     return [thing for thing in small_things(picture, truth, width) if thing.signal == "bright"]
 
 
+def crowd(seed):
+    """A grainy body with vessels around it, [H, W, 4], in the middle of an empty picture."""
+    chance = np.random.default_rng(seed)
+    picture = np.zeros((SIZE * 2, SIZE * 2, 4))
+    picture[60:130, 50:120] = 0.3 + 0.2 * ndimage.gaussian_filter(chance.random((70, 70, 1)), (1, 1, 0)) + 0.1
+    for row, column in chance.integers(56, 134, (8, 2)):
+        picture[row, column - 8 : column + 8] = 0.2 + 0.7 * chance.random()
+    return picture
+
+
 def spread(picture, rows):
     """The same light over more rows."""
     return sum(np.roll(picture, k - rows // 2, axis=0) for k in range(rows)) / rows
@@ -38,6 +50,28 @@ def test_what_is_not_seen_dilutes_no_error():
     assert picture_error(*padded).rmse == pytest.approx(picture_error(wrong, truth).rmse / 3)
     assert seen_error(*padded).rmse == pytest.approx(seen_error(wrong, truth).rmse)
     assert seen_error(wrong, truth).share == pytest.approx(2 * (SIZE - 16) / SIZE**2)
+
+
+@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize("width", [3.0, 7.0])
+def test_pixels_far_from_all_that_is_shown_change_no_kept_light(width, lit):
+    truth = crowd(1)
+    picture = 0.9 * spread(truth, 2) + 0.02 * crowd(2)
+    found = small_things(picture, truth, width, lit=lit)
+    with patch("volprep.truth.kept_light.part_around", lambda *_: (slice(0, None), slice(0, None))):
+        whole = small_things(picture, truth, width, lit=lit)
+    assert len(found) > 3
+    for one, other in zip(found, whole, strict=True):
+        assert (one.rows, one.columns, one.signal) == (other.rows, other.columns, other.signal)
+        assert (one.kept, one.within, one.light) == pytest.approx((other.kept, other.within, other.light), abs=1e-6)
+
+
+def test_pixels_beyond_the_reach_of_flip_change_nothing():
+    faint = 0.0018 * np.random.default_rng(4).random((SIZE * 2, SIZE * 2, 4))  # less than is seen
+    truth, picture = np.maximum(crowd(1), faint), np.maximum(crowd(3), faint[::-1])
+    with patch("volprep.truth.metrics.part_around", lambda *_: (slice(0, None), slice(0, None))):
+        whole = seen_flip(picture, truth)
+    assert seen_flip(picture, truth) == whole
 
 
 def test_a_pixel_is_seen_if_either_picture_shows_more_than_half_a_step_of_8_bits():

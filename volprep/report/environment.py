@@ -1,9 +1,11 @@
 """The templates of pages, and how numbers look in them."""
 
+import os
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 
 from volprep.report import text
 from volprep.validation.pictures import css_colour
@@ -21,6 +23,7 @@ def environment(truth_bound: float) -> Environment:
     """
     found = Environment(
         loader=FileSystemLoader(_TEMPLATES),
+        bytecode_cache=_compiled(),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -40,3 +43,14 @@ def environment(truth_bound: float) -> Environment:
         digest=source_digest,
     )
     return found
+
+
+def _compiled() -> FileSystemBytecodeCache | None:
+    """Return the compiled templates, kept beside them as Python keeps modules; None if the folder takes no file.
+
+    Compiling them takes half a second, a quarter of the report of a small package.
+    """
+    folder = _TEMPLATES / "__pycache__"
+    with suppress(OSError):
+        folder.mkdir(exist_ok=True)
+    return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None

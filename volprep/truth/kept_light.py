@@ -31,13 +31,14 @@ A picture that spreads a vessel's light over two voxels keeps 1, one that has lo
 1, spreading makes more light: then more than 1 is kept.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.metrics import require_same_shape
+from volprep.truth.metrics import part_around, require_same_shape
 from volprep.truth.opening import disk_of, opened
 from volprep.truth.signals import Signal, signals_of
 from volprep_formats.arrays import Float32Array, Float64Array, FloatArray
@@ -108,6 +109,12 @@ def small_things(
     scale = max(1, int(width_pixels / _FINE))
     width = max(_LEAST_WIDTH, width_pixels / scale)
     fewer, other = _reduced(truth, scale), _reduced(picture, scale)
+    shown = (fewer != 0.0).any(axis=-1) | (other != 0.0).any(axis=-1)
+    if not shown.any():
+        return ()
+    # Surroundings reach one width, their background _AROUND further, and the scatter of that as far again.
+    part = part_around(shown, math.ceil((1.0 + 2.0 * _AROUND) * width) + 2)
+    fewer, other = fewer[part], other[part]
     matter = opened(fewer[..., 3], disk_of(width)) > LEAST_CONTRAST
     pairs = zip(signals_of(fewer, lit=lit), signals_of(other, lit=lit), strict=True)
     found = [
@@ -116,7 +123,13 @@ def small_things(
         if np.ptp(high) >= LEAST_MEAN_CONTRAST
         for thing in _of_signal(signal, high, drawn - high, matter, width, scale)
     ]
-    return tuple(sorted(found, key=lambda thing: thing.kept))
+    corner = tuple(side.start * scale for side in part)
+    return tuple(sorted((_moved(thing, *corner) for thing in found), key=lambda thing: thing.kept))
+
+
+def _moved(thing: SmallThing, down: int, right: int) -> SmallThing:
+    rows, columns = ((first + by, end + by) for (first, end), by in ((thing.rows, down), (thing.columns, right)))
+    return replace(thing, rows=rows, columns=columns)
 
 
 def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
@@ -196,15 +209,17 @@ def _things(
     labels, count = ndimage.label(removed > max(LEAST_CONTRAST, _OVER_GRAIN * grain), np.ones((3, 3)))
     if count == 0:
         return None
-    numbers = np.arange(1, count + 1)
+    light = np.bincount(labels.ravel(), removed.ravel())[1:]
+    means = light / np.bincount(labels.ravel())[1:]
+    counts = means >= LEAST_MEAN_CONTRAST
     boxes = ndimage.find_objects(labels)
-    is_thin = np.array([_length(box) for box in boxes]) >= 2 * width
-    means = np.asarray(ndimage.mean(removed, labels, numbers))
-    light = means * np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    is_thin = np.array([counts[k] and _length(box) >= 2 * width for k, box in enumerate(boxes)])
+    counts &= is_thin | (light >= _LEAST_SMALL_LIGHT)
+    if not counts.any():
+        return None
     ground = high - removed
     standing = high - np.minimum(ndimage.grey_dilation(ground, size=(3, 3)), high)
-    counts = (means >= LEAST_MEAN_CONTRAST) & (is_thin | (light >= _LEAST_SMALL_LIGHT))
-    counts &= ndimage.mean(standing, labels, numbers) / means >= _LEAST_STANDING
+    counts &= np.bincount(labels.ravel(), standing.ravel())[1:] >= _LEAST_STANDING * light
     for k in np.flatnonzero(counts & ~(is_thin & (signal == "bright"))):
         is_even = is_thin[k] or np.ptp(ground[_around(boxes[k], 1)]) <= _EVEN * means[k]
         noise = _noise(removed, matter & (labels != k + 1), _around(boxes[k], round(_NEAR * width)))

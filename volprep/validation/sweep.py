@@ -260,7 +260,7 @@ def measure_sweep(
     small_truth = small.of_its_rays(viewed.truth.rgba)
     for level in coarser:
         with clock.part("oracle"):
-            on_data = small.on_data(program.transfer, SWEEP_VIEW, level).rgba
+            on_data = small.drafted.on_data(program.transfer, SWEEP_VIEW, level).rgba
         points += sweeper.points(level, _COARSE_RATIOS, on_data, small_truth, times)
         floors.append(sweeper.floor(level, on_data, small_truth))
     sweep = Sweep(
