@@ -103,7 +103,6 @@ ADDED = {
         ("int32_t has_crc32;", "Whether it comes from a zip, which has its CRC-32."),
         ("uint32_t crc32;", "As the zip says."),
         ("const unsigned char* data;", "In the mapping, size_bytes."),
-        ("int32_t uses;", "Number of records of the manifest that name it."),
     ),
     "JointHistogram": (("const volpkg_file* file;", "256 pairs of uint16, then the bands."),),
     "ProxyMeshFile": (

@@ -546,8 +546,6 @@ typedef struct volpkg_file {
     uint32_t crc32;
     /* In the mapping, size_bytes. */
     const unsigned char* data;
-    /* Number of records of the manifest that name it. */
-    int32_t uses;
 } volpkg_file;
 
 /* Joint histogram of one level and level 0, used to make the level's table of an edited function. */
@@ -4073,7 +4071,6 @@ static volpkg_code volpkg__use(volpkg__reader* r, const volpkg_package* p, const
     volpkg_file* file = (volpkg_file*)volpkg_find_file(p, path);
     VOLPKG__RULE(file != NULL, path, "it is used, but is not among the files");
     VOLPKG__RULE(file->role == role, path, "it is used for something else than its role says");
-    ++file->uses;
     if (found) *found = file;
     return VOLPKG_OK;
 }
@@ -4138,9 +4135,9 @@ static volpkg_code volpkg__check_histogram(volpkg__reader* r, const volpkg_file*
     return problem ? volpkg__fail(r->error, VOLPKG_HISTOGRAM, file->path, problem, NAN, NAN) : VOLPKG_OK;
 }
 
-/* Give every record its file, and see that no file is without use. */
+/* Give every record its file. */
 static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k;
+    int32_t i;
     for (i = 0; i < p->textures.count; ++i) {
         volpkg_texture* texture = (volpkg_texture*)&p->textures.at[i];
         VOLPKG__TRY(volpkg__use(r, p, texture->path, VOLPKG_FILE_ROLE_TEXTURE, &texture->file));
@@ -4167,21 +4164,14 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
         for (i = 0; i < files->pieces.count; ++i)
             VOLPKG__TRY(volpkg__use(r, p, files->pieces.at[i], VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         if (files->whole != NULL) {
-            const volpkg_file* whole = volpkg_find_file(p, files->whole);
-            int is_texture = whole != NULL && whole->uses > 0 && whole->role == VOLPKG_FILE_ROLE_TEXTURE;
+            int is_texture = 0;
+            for (i = 0; i < p->textures.count; ++i) is_texture |= strcmp(p->textures.at[i].path, files->whole) == 0;
             VOLPKG__TRY(volpkg__use(r, p, files->whole,
                                     is_texture ? VOLPKG_FILE_ROLE_TEXTURE : VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         }
         VOLPKG__TRY(volpkg__use(r, p, files->grid_path, VOLPKG_FILE_ROLE_GRID, NULL));
     }
     if (p->preview) VOLPKG__TRY(volpkg__use(r, p, p->preview, VOLPKG_FILE_ROLE_PREVIEW, NULL));
-    for (i = 0; i < p->files.count; ++i)
-        VOLPKG__RULE(p->files.at[i].uses > 0 || p->files.at[i].role == VOLPKG_FILE_ROLE_OTHER, p->files.at[i].path,
-                     "nothing uses it");
-    for (i = 0; i < p->plan.count; ++i)
-        for (k = 0; p->plan.at[i].kept && k < p->plan.at[i].files.count; ++k)
-            VOLPKG__RULE(volpkg_find_file(p, p->plan.at[i].files.at[k]) != NULL, p->plan.at[i].files.at[k],
-                         "the plan names it, but it is not among the files");
     return VOLPKG_OK;
 }
 
@@ -4294,13 +4284,6 @@ static volpkg_gl volpkg__upload_of(volpkg_texture_format texel, volpkg_dimension
     gl.format = layout->format[old];
     gl.type = layout->type;
     return gl;
-}
-
-/* The format of a name; VOLPKG_TEXTURE_FORMAT_OTHER if it is unknown. */
-static volpkg_texture_format volpkg__format_named(const char* name) {
-    const volpkg__named* format = volpkg__texture_format_words;
-    while (format->name != NULL && strcmp(format->name, name) != 0) ++format;
-    return format->name == NULL ? VOLPKG_TEXTURE_FORMAT_OTHER : (volpkg_texture_format)format->value;
 }
 
 static uint32_t volpkg__descriptor(const volpkg__layout* layout, unsigned char to[92]) {
@@ -4557,7 +4540,7 @@ static volpkg_code volpkg__place_texels(volpkg__reader* r, const volpkg_package*
         if (volpkg__half_of(image.shape_zyx[i], level) != texture->shape_zyx[i])
             return volpkg__fail(r->error, VOLPKG_CONTRADICTION, file->path, "its size along an axis in texels",
                                 (double)volpkg__half_of(image.shape_zyx[i], level), texture->shape_zyx[i]);
-    for (i = 0; i < p->textures.count && &p->textures.at[i] != texture && image.packed; ++i)
+    for (i = 0; i < p->textures.count && &p->textures.at[i] != texture; ++i)
         VOLPKG__RULE(p->textures.at[i].file != file || p->textures.at[i].mipmap != texture->mipmap, texture->name,
                      "two textures are one level of a file");
     return volpkg__level_texels(r, file, &image, level, &texture->texels, &texture->texel_bytes);
@@ -4739,15 +4722,6 @@ static int32_t volpkg__label_bytes(const volpkg_gl* gl) {
     return components == 2 || components == 3 ? (int32_t)components - 1 : 0;
 }
 
-/* Bytes of a label that programs read from pieces: none unless they draw segments. */
-static int32_t volpkg__labels_of_pieces(const volpkg_package* p) {
-    int32_t i;
-    for (i = 0; p->segments != NULL && i < p->pictures.count; ++i)
-        if (strcmp(p->pictures.at[i].name, p->segments->name) == 0 && p->pictures.at[i].pieces != NULL)
-            return p->segments->labels.count > 128 ? 2 : 1;
-    return 0;
-}
-
 /* Number of tiles for so many slices. */
 static int64_t volpkg__tiles(int32_t slices, int32_t per_texel, volpkg_mosaic_order order) {
     int64_t n = slices;
@@ -4820,8 +4794,6 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     VOLPKG__RULE((grid->whole == NULL) == (files->whole == NULL) &&
                      (grid->whole == NULL || strcmp(grid->whole, files->whole) == 0),
                  file->path, "it names another file of the whole level than the manifest");
-    VOLPKG__RULE(volpkg__label_bytes(&grid->gl) == volpkg__labels_of_pieces(p), file->path,
-                 "its texels have other labels than programs read");
     if (files->whole) {
         VOLPKG__TRY(volpkg__read_ktx(r, volpkg_find_file(p, files->whole), &image));
         if (image.packed) return volpkg__no_ktx(r, volpkg_find_file(p, files->whole), "it must not be compressed");
@@ -4848,16 +4820,7 @@ static volpkg_code volpkg__read_grid(volpkg__reader* r, const volpkg_package* p)
     return VOLPKG_OK;
 }
 
-/* ---- whether the manifest agrees with itself: docs/CHECKS.md ---- */
-
-#define VOLPKG__RELATIVE 1e-9
-
-static int volpkg__near(const double* a, const double* b, int n, double absolute) {
-    int i;
-    for (i = 0; i < n; ++i)
-        if (!(fabs(a[i] - b[i]) <= absolute + VOLPKG__RELATIVE * fabs(b[i]))) return 0;
-    return 1;
-}
+/* ---- whether the manifest agrees with itself as far as readers rely on it: docs/CHECKS.md ---- */
 
 static int volpkg__is(const char* a, const char* b) { return strcmp(a, b) == 0; }
 
@@ -4890,27 +4853,12 @@ static const volpkg_level* volpkg__level_of(const volpkg_channel* channel, int32
     return NULL;
 }
 
-/* Whether this is the name of a picture: of several channels, or of a scan with its segments. */
-static int volpkg__is_picture(const volpkg_package* p, const char* transfer) {
-    return (p->together && volpkg__is(p->together->name, transfer)) ||
-           (p->segments && volpkg__is(p->segments->name, transfer));
-}
-
-/* Whether a channel may use an item: of its own transfer functions, or of none. */
-static int volpkg__concerns(const volpkg_package* p, int32_t channel, const char* transfer) {
-    int32_t owner = volpkg__owner(p, transfer);
-    return owner < 0 ? !volpkg__is_picture(p, transfer) : owner == channel;
-}
-
+/* Whether a texture holds data of a channel, of one of its transfer functions, or of none. */
 static int volpkg__texture_concerns(const volpkg_package* p, int32_t channel, const volpkg_texture* texture) {
+    int32_t owner = volpkg__owner(p, texture->transfer);
     if (texture->channels.count)
         return volpkg__lists(texture->channels.at, texture->channels.count, p->channels.at[channel].name);
-    return volpkg__concerns(p, channel, texture->transfer);
-}
-
-static int32_t volpkg__blocks(int32_t voxels, int32_t cells) {
-    int64_t wide = cells > 1 ? cells : 1, blocks = (voxels - 1 + wide - 1) / wide;
-    return blocks > 1 ? (int32_t)blocks : 1;
+    return owner < 0 || owner == channel;
 }
 
 /* The picture of a name, the default one for NULL; NULL if there is no such picture. */
@@ -4946,42 +4894,13 @@ static volpkg_code volpkg__names(volpkg__reader* r, const volpkg_package* p, vol
     VOLPKG__TRY(volpkg__unique(r, room, n, problem));
     VOLPKG__ALL(textures, p->textures.at[i].name, "", "two textures have this name")
     VOLPKG__ALL(programs, p->programs.at[i].name, "", "two programs have this name")
-    VOLPKG__ALL(palettes, p->palettes.at[i].transfer, "", "two palettes are of this transfer function")
     VOLPKG__ALL(channels, p->channels.at[i].name, "", "two channels have this name")
-    VOLPKG__ALL(plan, p->plan.at[i].name, p->plan.at[i].channel, "two items of the plan have this name")
+    VOLPKG__ALL(pictures, p->pictures.at[i].name, "", "two pictures have this name")
 #undef VOLPKG__ALL
     for (n = 0, i = 0; i < p->channels.count; ++i)
         for (k = 0; k < p->channels.at[i].transfer_functions.count && n < most; ++k, ++n)
             room[n].first = p->channels.at[i].transfer_functions.at[k].name, room[n].second = "";
     return volpkg__unique(r, room, n, "two transfer functions have this name");
-}
-
-/* Whether the voxels of a grid are voxels of the source. */
-static int volpkg__is_part(const volpkg_grid* grid, const volpkg_grid* source) {
-    double away[3], size_mm = 0, origin[3], corner;
-    int i, k;
-    for (i = 0; i < 3; ++i) {
-        for (away[i] = 0, k = 0; k < 3; ++k)
-            away[i] += source->direction[k][i] * (grid->origin_mm_xyz[k] - source->origin_mm_xyz[k]);
-        away[i] = floor(away[i] / source->spacing_mm_zyx[2 - i] + 0.5);
-        if (!(away[i] >= 0 && away[i] + grid->shape_zyx[2 - i] <= source->shape_zyx[2 - i])) return 0;
-        if (grid->spacing_mm_zyx[i] != source->spacing_mm_zyx[i] ||
-            grid->extent_mm_zyx[i] != grid->shape_zyx[i] * source->spacing_mm_zyx[i])
-            return 0;
-    }
-    for (i = 0; i < 3; ++i) {
-        origin[i] = corner = source->origin_mm_xyz[i];
-        for (k = 0; k < 3; ++k) {
-            if (grid->direction[i][k] != source->direction[i][k]) return 0;
-            origin[i] += source->direction[i][k] * source->spacing_mm_zyx[2 - k] * away[k];
-            corner -= source->direction[i][k] * source->spacing_mm_zyx[2 - k] / 2;
-        }
-        if (fabs(corner) > size_mm) size_mm = fabs(corner);
-        if (source->extent_mm_zyx[i] > size_mm) size_mm = source->extent_mm_zyx[i];
-    }
-    for (i = 0; i < 3; ++i)
-        if (!(fabs(grid->origin_mm_xyz[i] - origin[i]) <= size_mm * VOLPKG__RELATIVE)) return 0;
-    return 1;
 }
 
 static void volpkg__corner(const volpkg_grid* grid, double corner[3]) {
@@ -4991,404 +4910,22 @@ static void volpkg__corner(const volpkg_grid* grid, double corner[3]) {
             corner[i] -= grid->direction[i][k] * grid->spacing_mm_zyx[2 - k] / 2;
 }
 
-static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    const volpkg_grid* grid = p->grid;
-    double corner[3], found[3], size_mm = 0;
-    int32_t i, k;
-    VOLPKG__RULE(volpkg__is_part(grid, &channel->source.info.grid), channel->name,
-                 "the grid is no part of the source's grid");
-    volpkg__corner(grid, corner);
-    for (k = 0; k < 3; ++k) {
-        if (fabs(corner[k]) > size_mm) size_mm = fabs(corner[k]);
-        if (grid->extent_mm_zyx[k] > size_mm) size_mm = grid->extent_mm_zyx[k];
-    }
-    for (i = 0; i < channel->levels.count; ++i) {
-        const volpkg_level* level = &channel->levels.at[i];
-        VOLPKG__RULE(i == 0 || level[-1].index < level->index, channel->name, "the levels are not in ascending order");
-        VOLPKG__RULE(i == 0 ? !level->preview_only : level->preview_only || !level[-1].preview_only, channel->name,
-                     "the levels for previews only are not the coarsest ones, without the finest");
-        volpkg__corner(&level->grid, found);
-        VOLPKG__RULE(volpkg__near(found, corner, 3, size_mm * VOLPKG__RELATIVE), channel->name,
-                     "the corner of a level does not follow from the grid");
-        VOLPKG__RULE(volpkg__near(&level->grid.direction[0][0], &grid->direction[0][0], 9, 0), channel->name,
-                     "the direction of a level is not that of the grid");
-        VOLPKG__RULE(volpkg__near(level->grid.extent_mm_zyx, grid->extent_mm_zyx, 3, 0), channel->name,
-                     "the extent of a level is not that of the grid");
-        for (k = 0; k < 3; ++k) {
-            int64_t factor = level->factors_zyx[k];
-            double spacing = grid->spacing_mm_zyx[k] * (double)factor;
-            VOLPKG__RULE(level->grid.shape_zyx[k] == (grid->shape_zyx[k] + factor - 1) / factor, channel->name,
-                         "the shape of a level does not follow from its factors");
-            VOLPKG__RULE(volpkg__near(&level->grid.spacing_mm_zyx[k], &spacing, 1, 0), channel->name,
-                         "the spacing of a level does not follow from its factors");
-        }
-    }
-    return VOLPKG_OK;
-}
-
-/* A mosaic of a texture holds so many slices, rows and columns. */
-static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture, const int32_t shape_zyx[3]) {
+/* A mosaic has room for its slices, in textures of its size. */
+static volpkg_code volpkg__mosaic_rules(volpkg__reader* r, const volpkg_texture* texture) {
     const volpkg_mosaic* m = texture->mosaic;
     const volpkg__layout* layout = volpkg__layout_of(texture->format);
     int64_t pitch_y = (int64_t)m->tile_shape_yx[0] + 2 * (int64_t)m->gutter + m->padding_yx[0];
     int64_t pitch_x = (int64_t)m->tile_shape_yx[1] + 2 * (int64_t)m->gutter + m->padding_yx[1];
-    int64_t tiles = (int64_t)m->tiles_x * m->tiles_y;
-    int32_t components;
-    VOLPKG__RULE(
-        m->slices == shape_zyx[0] && m->tile_shape_yx[0] == shape_zyx[1] && m->tile_shape_yx[1] == shape_zyx[2],
-        texture->name, "its mosaic has not the slices of its level");
-    VOLPKG__RULE(tiles >= volpkg__tiles(m->slices, m->slices_per_texel, m->order) ||
-                     tiles * m->textures >= volpkg__tiles(m->slices, m->slices_per_texel, m->order),
-                 texture->name, "its mosaic has no room for its slices");
+    int64_t tiles = (int64_t)m->tiles_x * m->tiles_y, needed = volpkg__tiles(m->slices, m->slices_per_texel, m->order);
+    VOLPKG__RULE(tiles >= needed || tiles * m->textures >= needed, texture->name,
+                 "its mosaic has no room for its slices");
     VOLPKG__RULE(pitch_y <= m->texture_shape_yx[0] / m->tiles_y && pitch_x <= m->texture_shape_yx[1] / m->tiles_x,
                  texture->name, "its tiles do not fit into its textures");
     VOLPKG__RULE(texture->shape_zyx[0] == 1 && texture->shape_zyx[1] == m->texture_shape_yx[0] &&
                      texture->shape_zyx[2] == m->texture_shape_yx[1],
                  texture->name, "its shape is not that of its mosaic");
-    VOLPKG__RULE(m->slices_per_texel == 1 || m->components_per_voxel == 1, texture->name,
-                 "its mosaic has several components in a voxel and several slices in a texel");
-    VOLPKG__RULE(m->slices_per_texel == 4 || m->order == VOLPKG_MOSAIC_ORDER_INTERLEAVED, texture->name,
-                 "its mosaic has one slice in a texel, but an order of several");
-    components = layout == NULL ? 0 : (int32_t)layout->components;
-    VOLPKG__RULE(components == m->slices_per_texel * m->components_per_voxel, texture->name,
-                 "its mosaic has another number of components than its format");
-    VOLPKG__RULE(pitch_y % layout->block == 0 && pitch_x % layout->block == 0, texture->name,
-                 "blocks of its format mix two tiles");
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__table_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t,
-                                       const volpkg_channel* channel) {
-    int sums = t->role == VOLPKG_ROLE_PREINTEGRATED;
-    int32_t i;
-    for (i = 0; i < p->textures.count && &p->textures.at[i] != t; ++i)
-        VOLPKG__RULE(p->textures.at[i].role != t->role || p->textures.at[i].level != t->level ||
-                         !volpkg__is(p->textures.at[i].transfer, t->transfer),
-                     t->name, "a level has two tables of its transfer function");
-    VOLPKG__RULE(volpkg__function_of(channel, t->transfer) != NULL, t->name, "it is the table of no transfer function");
-    VOLPKG__RULE(t->mosaic == NULL && (t->level < 0 || volpkg__level_of(channel, t->level) != NULL), t->name,
-                 "it is a table, but has a mosaic, or a level that it cannot have");
-    VOLPKG__RULE(t->shape_zyx[1] == (sums ? 4 : 1), t->name, "it has not the rows of its kind of table");
-    VOLPKG__RULE(sums ? 0 <= t->stored_range[0] && t->stored_range[0] < t->stored_range[1] && t->stored_range[1] <= 1
-                      : t->stored_range[0] == 0 && t->stored_range[1] == 0,
-                 t->name, "it is pre-integrated without a range of stored values, or has one without that");
-    VOLPKG__RULE(!sums || (t->gl.type == 0x1401 && t->filter == VOLPKG_FILTER_NEAREST && t->shape_zyx[2] > 1), t->name,
-                 "it is pre-integrated, but has no bytes, a filter, or one column");
-    VOLPKG__RULE((t->max_extinction_per_mm != 0) == (t->gl.type == 0x1401), t->name,
-                 "it has 8 bits without max_extinction_per_mm, or that without 8 bits");
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__texture_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
-                                         const volpkg_texture* t) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    const volpkg_level* level = volpkg__level_of(channel, t->level);
-    int is_3d = t->gl.target == 0x806F, compressed = t->gl.format == 0 && t->role != VOLPKG_ROLE_SLICES;
-    int classified = t->reference_mm > 0;
-    int32_t limit = is_3d ? p->profile.max_3d_texture_size : p->profile.max_texture_size, k;
-    for (k = 0; k < 3; ++k)
-        if (t->shape_zyx[k] > limit)
-            return volpkg__fail(r->error, VOLPKG_CONTRADICTION, t->name,
-                                "its texels along an axis, where the profile allows fewer: that", t->shape_zyx[k],
-                                limit);
-    VOLPKG__RULE(is_3d || t->shape_zyx[0] == 1, t->name, "it is 2D, but has several slices");
-    VOLPKG__RULE(compressed == (t->encoder != NULL) && (!compressed || t->mosaic != NULL), t->name,
-                 "it is compressed without an encoder or a mosaic, or names an encoder without being compressed");
-    if (t->role == VOLPKG_ROLE_TRANSFER || t->role == VOLPKG_ROLE_PREINTEGRATED)
-        return volpkg__table_rules(r, p, t, channel);
-    if (t->role != VOLPKG_ROLE_VOLUME) {
-        if (t->role == VOLPKG_ROLE_NORMALS && t->mosaic != NULL && level != NULL)
-            return volpkg__mosaic_rules(r, t, level->grid.shape_zyx);
-        return VOLPKG_OK; /* the parts that they belong to know them */
-    }
-    VOLPKG__RULE(level != NULL, t->name, "it holds a level that is not there");
-    if (t->mosaic != NULL && t->bricks == NULL)
-        VOLPKG__TRY(volpkg__mosaic_rules(r, t, level->grid.shape_zyx));
-    else if (t->mipmap < 0 && t->bricks == NULL)
-        VOLPKG__RULE(is_3d && volpkg__same_shape(t->shape_zyx, level->grid.shape_zyx), t->name,
-                     "it has no mosaic, so it must be 3D and have the shape of its level");
-    VOLPKG__RULE(classified == (t->transfer[0] != 0) && t->max_extinction_per_mm == 0, t->name,
-                 "it has only one of a transfer function and a reference length, or a largest extinction");
-    VOLPKG__RULE(t->transfer[0] == 0 || volpkg__function_of(channel, t->transfer) != NULL, t->name,
-                 "it is classified by no transfer function");
-    VOLPKG__RULE(!classified || (t->gl.format == 0x1908 && (t->mosaic == NULL || t->mosaic->slices_per_texel == 1)),
-                 t->name, "it is classified, so it must have four channels, and one voxel in a texel");
-    return VOLPKG_OK;
-}
-
-static int volpkg__same_mosaic(const volpkg_mosaic* a, const volpkg_mosaic* b) {
-    return (a == NULL) == (b == NULL) && (a == NULL || memcmp(a, b, sizeof *a) == 0); /* only int32_t: no padding */
-}
-
-static int volpkg__same_gl(const volpkg_gl* a, const volpkg_gl* b) { return memcmp(a, b, sizeof *a) == 0; }
-
-static int volpkg__same_channels(const volpkg_texture* a, const volpkg_texture* b) {
-    int32_t i;
-    if (a->channels.count != b->channels.count) return 0;
-    for (i = 0; i < a->channels.count; ++i)
-        if (!volpkg__is(a->channels.at[i], b->channels.at[i])) return 0;
-    return 1;
-}
-
-/* The textures of a mosaic are there, once each, and agree with each other. */
-static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        uint32_t seen = 0;
-        if (t->role == VOLPKG_ROLE_LIGHT) continue; /* its parts are of no mosaic */
-        if (t->mosaic == NULL) {
-            VOLPKG__RULE(t->part == 0 || t->role == VOLPKG_ROLE_SLICES, t->name, "it is a part, but of no mosaic");
-            continue;
-        }
-        for (k = 0; k < p->textures.count; ++k) {
-            const volpkg_texture* other = &p->textures.at[k];
-            if (other->mosaic == NULL || other->role != t->role || other->level != t->level ||
-                !volpkg__is(other->transfer, t->transfer) || !volpkg__same_channels(other, t))
-                continue;
-            VOLPKG__RULE(volpkg__same_mosaic(t->mosaic, other->mosaic) && volpkg__same_gl(&t->gl, &other->gl), t->name,
-                         "the mosaics of its level differ in layout or format");
-            VOLPKG__RULE(other->part < t->mosaic->textures && !(seen >> other->part & 1), t->name,
-                         "the mosaic of its level has not each part once");
-            seen |= (uint32_t)1 << other->part;
-        }
-        VOLPKG__RULE(seen == ((uint32_t)1 << t->mosaic->textures) - 1, t->name,
-                     "the mosaic of its level has not each part once");
-    }
-    return VOLPKG_OK;
-}
-
-static int32_t volpkg__passes_of(const volpkg_program* program) {
-    return program->before.count + (program->light_pass != NULL);
-}
-
-static const char* volpkg__input(const volpkg_program* program, int32_t number) {
-    int32_t uniforms = program->uniforms.count, samplers = program->samplers.count;
-    if (number < uniforms) return program->uniforms.at[number].name;
-    if (number < uniforms + samplers) return program->samplers.at[number - uniforms];
-    number -= uniforms + samplers;
-    return number < program->before.count ? program->before.at[number].sampler : program->light_pass->sampler;
-}
-
-static volpkg_code volpkg__unique_inputs(volpkg__reader* r, const volpkg_program* program) {
-    int32_t total = program->uniforms.count + program->samplers.count + volpkg__passes_of(program), i, k;
-    for (i = 0; i < total; ++i)
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(!volpkg__is(volpkg__input(program, i), volpkg__input(program, k)), program->name,
-                         "it has two uniforms of one name");
-    return VOLPKG_OK;
-}
-
-/* The textures that a program reads exist. */
-static volpkg_code volpkg__source_rules(volpkg__reader* r, const volpkg_program* program,
-                                        const volpkg_uniform_record* uniforms, int32_t count) {
-    int slices = program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES;
-    int32_t i;
-    for (i = 0; i < count; ++i) {
-        int source = (int)uniforms[i].source, given = source <= (int)VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX;
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX &&
-                 (program->geometry != VOLPKG_GEOMETRY_TRIANGLE || program->rays == VOLPKG_RAYS_MESH);
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_MESH && program->rays == VOLPKG_RAYS_MESH;
-        given |= source > (int)VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX &&
-                 source < (int)VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX && program->sampling == VOLPKG_SAMPLING_SUBVOLUMES;
-        given |=
-            (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_SLICES || source == (int)VOLPKG_UNIFORM_SOURCE_SLICES) &&
-            slices;
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE && program->slab_samples > 0;
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_MM && program->light != NULL;
-        given |= source == (int)VOLPKG_UNIFORM_SOURCE_ENVIRONMENT && program->baked;
-        given |= source >= (int)VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH && program->tiles != NULL;
-        given |= (source == (int)VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT ||
-                  source == (int)VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX) &&
-                 program->light != NULL && program->light->shadows >= VOLPKG_SHADOWS_MAP;
-        VOLPKG__RULE(given, program->name, "it has a uniform that nothing gives it");
-    }
-    return VOLPKG_OK;
-}
-
-/* Transfer functions have what the compositing of their programs needs. */
-static volpkg_code volpkg__compositing_rules(volpkg__reader* r, const volpkg_channel* channel,
-                                             const volpkg_program* programs, int32_t count) {
-    int32_t i;
-    for (i = 0; i < count; ++i) {
-        const volpkg_transfer_function* f = volpkg__function_of(channel, programs[i].transfer);
-        volpkg_compositing compositing = programs[i].compositing;
-        if (f == NULL) continue;
-        VOLPKG__RULE((compositing != VOLPKG_COMPOSITING_FIRST_HIT && compositing != VOLPKG_COMPOSITING_ISOSURFACE) ||
-                         f->isovalue != NULL,
-                     programs[i].name, "it shows a surface, but its transfer function has no isovalue");
-        VOLPKG__RULE(compositing != VOLPKG_COMPOSITING_MIDA ||
-                         (f->intensities ? f->intensities[0] < f->intensities[1]
-                                         : f->points.at[0].value < f->points.at[f->points.count - 1].value),
-                     programs[i].name, "it needs intensities that ascend");
-    }
-    return VOLPKG_OK;
-}
-
-/* A pass reads textures of its program. */
-static volpkg_code volpkg__reads_rules(volpkg__reader* r, const volpkg_program* program, const char* const* reads,
-                                       int32_t count) {
-    int32_t i, k;
-    for (i = 0; i < count; ++i) {
-        int known = 0;
-        for (k = 0; k < program->samplers.count; ++k) known |= volpkg__is(program->samplers.at[k], reads[i]);
-        VOLPKG__RULE(known, program->name, "a pass of it reads a texture that it has no sampler for");
-    }
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__program_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_program* program) {
-    int32_t k;
-    VOLPKG__TRY(volpkg__source_rules(r, program, program->uniforms.at, program->uniforms.count));
-    for (k = 0; k < volpkg__passes_of(program); ++k) {
-        const volpkg_pass* pass = k < program->before.count ? &program->before.at[k] : program->light_pass;
-        VOLPKG__RULE((pass->geometry == VOLPKG_GEOMETRY_MESH) == (program->rays == VOLPKG_RAYS_MESH), program->name,
-                     "it begins at the box, but has a pass over a mesh, or the other way round");
-        VOLPKG__TRY(volpkg__source_rules(r, program, pass->uniforms.at, pass->uniforms.count));
-        VOLPKG__TRY(volpkg__reads_rules(r, program, pass->reads.at, pass->reads.count));
-    }
-    if (program->tiles != NULL) {
-        VOLPKG__TRY(volpkg__source_rules(r, program, program->tiles->uniforms.at, program->tiles->uniforms.count));
-        VOLPKG__TRY(volpkg__reads_rules(r, program, program->tiles->reads.at, program->tiles->reads.count));
-    }
-    VOLPKG__RULE(
-        (program->geometry >= VOLPKG_GEOMETRY_AXIS_SLICES || program->slab_samples > 0) == (program->blend != NULL),
-        program->name, "it must be blended if and only if several parts make its picture");
-    VOLPKG__RULE(program->rays != VOLPKG_RAYS_MESH || volpkg__passes_of(program) == 1, program->name,
-                 "it begins at meshes, but does not have one pass, which draws them");
-    if (program->samplers.count + volpkg__passes_of(program) > p->profile.texture_units)
-        return volpkg__fail(r->error, VOLPKG_CONTRADICTION, program->name,
-                            "the number of its textures, where the profile has fewer units: that",
-                            program->samplers.count + volpkg__passes_of(program), p->profile.texture_units);
-    return volpkg__unique_inputs(r, program);
-}
-
-static volpkg_code volpkg__mipmap_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    int32_t i, k, n;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture *t = &p->textures.at[i], *finest = NULL;
-        const volpkg_level* level = volpkg__level_of(channel, t->level);
-        if (!volpkg__texture_concerns(p, c, t) || (t->mipmap < 0 && t->mipmaps == 1)) continue;
-        for (k = 0, n = 0; k <= i; ++k) {
-            if (p->textures.at[k].file != t->file) continue;
-            if (finest == NULL) finest = &p->textures.at[k];
-            ++n;
-        }
-        VOLPKG__RULE(t->mipmap == n - 1, t->path, "the textures that share it are not its mipmaps in order");
-        VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && t->gl.target == 0x806F && t->mosaic == NULL, t->path,
-                     "it holds mipmaps, but not of volumes in 3D textures");
-        VOLPKG__RULE(volpkg__same_gl(&t->gl, &finest->gl), t->path, "it holds mipmaps of several formats");
-        for (k = 0; k < 3; ++k) {
-            VOLPKG__RULE(t->shape_zyx[k] == volpkg__half_of(finest->shape_zyx[k], t->mipmap < 31 ? t->mipmap : 31),
-                         t->path, "it holds mipmaps whose sizes do not follow from the finest");
-            VOLPKG__RULE(level == NULL || level->grid.shape_zyx[k] <= t->shape_zyx[k], t->name,
-                         "it has fewer texels than its level has voxels");
-        }
-    }
-    return VOLPKG_OK;
-}
-
-/* spec/bricks.md: each brick that is stored has its own place, and places are filled in order. */
-static volpkg_code volpkg__index_rules(volpkg__reader* r, const volpkg_texture* index, const volpkg_bricks* bricks) {
-    const volpkg_mosaic* m = index->mosaic;
-    int64_t rows = bricks->bricks_zyx[1], columns = bricks->bricks_zyx[2],
-            count = bricks->bricks_zyx[0] * rows * columns, i, stored = 0;
-    for (i = 0; i < count; ++i) {
-        int64_t z = i / (rows * columns), y = i / columns % rows, x = i % columns, texel = i;
-        const unsigned char* entry;
-        if (m != NULL)
-            texel = (z / m->tiles_x * (rows + m->padding_yx[0]) + y) * m->texture_shape_yx[1] +
-                    z % m->tiles_x * (columns + m->padding_yx[1]) + x;
-        entry = (const unsigned char*)index->texels + 4 * texel;
-        if (entry[3] != 255) continue;
-        VOLPKG__RULE(entry[0] < bricks->pool_zyx[2] && entry[1] < bricks->pool_zyx[1] && entry[2] < bricks->pool_zyx[0],
-                     index->path, "it places bricks outside of their texture");
-        VOLPKG__RULE(
-            entry[0] + (int64_t)bricks->pool_zyx[2] * (entry[1] + (int64_t)bricks->pool_zyx[1] * entry[2]) == stored,
-            index->path, "it does not place bricks in order");
-        ++stored;
-    }
-    if (stored != bricks->stored)
-        return volpkg__fail(r->error, VOLPKG_CONTRADICTION, index->path, "the number of bricks that it places",
-                            (double)stored, bricks->stored);
-    return VOLPKG_OK;
-}
-
-/* spec/bricks.md: an index has an entry for each brick, in a 3D texture, or in a mosaic where the pool is one. */
-static volpkg_code volpkg__index_form_rules(volpkg__reader* r, const volpkg_texture* t, const volpkg_texture* pool) {
-    const volpkg_mosaic* m = t->mosaic;
-    VOLPKG__RULE((t->gl.internal_format == 0x8058 || t->gl.internal_format == 0x1908) && t->gl.type == 0x1401 &&
-                     t->filter == VOLPKG_FILTER_NEAREST && (m == NULL) == (pool->mosaic == NULL),
-                 t->name, "it is not RGBA8, nearest, in the form of its pool");
-    if (m == NULL) {
-        VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, pool->bricks->bricks_zyx), t->name,
-                     "it has not a texel for each brick of its level");
-        return VOLPKG_OK;
-    }
-    VOLPKG__RULE(m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
-                 "it is a mosaic of several textures, with a gutter, or with several slices in a texel");
-    return volpkg__mosaic_rules(r, t, pool->bricks->bricks_zyx);
-}
-
-/* spec/bricks.md: a pool has room for its bricks, in a 3D texture, or in a mosaic of one texture. */
-static volpkg_code volpkg__pool_rules(volpkg__reader* r, const volpkg_texture* t) {
-    const volpkg_bricks* b = t->bricks;
-    int32_t k, texels_zyx[3];
-    VOLPKG__RULE(t->role == VOLPKG_ROLE_VOLUME && (t->gl.target == 0x806F) == (t->mosaic == NULL) && t->mipmap < 0,
-                 t->name, "it holds bricks, but is no volume in a 3D texture or a mosaic of its own");
-    for (k = 0; k < 3; ++k) {
-        int64_t pitch = (int64_t)b->cells_zyx[k] + 2 * (int64_t)b->reach - 1;
-        VOLPKG__RULE(b->pool_zyx[k] <= 255 && b->pool_zyx[k] * pitch <= INT32_MAX, t->name,
-                     "its pool of bricks is too large");
-        texels_zyx[k] = (int32_t)(b->pool_zyx[k] * pitch);
-    }
-    if (t->mosaic == NULL) {
-        VOLPKG__RULE(volpkg__same_shape(t->shape_zyx, texels_zyx), t->name,
-                     "its shape differs from the shape of its pool of bricks");
-        return VOLPKG_OK;
-    }
-    VOLPKG__RULE(t->mosaic->textures == 1 && t->mosaic->components_per_voxel == 1, t->name,
-                 "it holds bricks in a mosaic of several textures, or with several components in a voxel");
-    return volpkg__mosaic_rules(r, t, texels_zyx);
-}
-
-static volpkg_code volpkg__brick_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    int32_t i, k;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture *t = &p->textures.at[i], *index = NULL, *pool = NULL;
-        const volpkg_bricks* b = t->bricks;
-        const volpkg_level* level = volpkg__level_of(&p->channels.at[c], t->level);
-        if (!volpkg__texture_concerns(p, c, t) || (b == NULL && t->role != VOLPKG_ROLE_BRICKS)) continue;
-        for (k = 0; k < p->textures.count; ++k) {
-            const volpkg_texture* other = &p->textures.at[k];
-            if (other->level != t->level || !volpkg__texture_concerns(p, c, other)) continue;
-            if (other->role == VOLPKG_ROLE_BRICKS) {
-                VOLPKG__RULE(index == NULL, t->name, "two textures say where its bricks are");
-                index = other;
-            }
-            if (other->bricks != NULL) pool = other;
-        }
-        VOLPKG__RULE(index != NULL && pool != NULL, t->name,
-                     "bricks need a texture that holds them and one that says where they are");
-        if (t->role == VOLPKG_ROLE_BRICKS) {
-            VOLPKG__TRY(volpkg__index_form_rules(r, t, pool));
-            VOLPKG__TRY(volpkg__index_rules(r, t, pool->bricks));
-            if (b == NULL) continue;
-        }
-        VOLPKG__TRY(volpkg__pool_rules(r, t));
-        VOLPKG__RULE(b->stored <= (double)b->bricks_zyx[0] * b->bricks_zyx[1] * b->bricks_zyx[2], t->name,
-                     "it holds more bricks than there are");
-        for (k = 0; k < 3; ++k) {
-            int32_t n = level ? level->grid.shape_zyx[k] : 0;
-            VOLPKG__RULE(level == NULL || ((b->cells_zyx[k] == 0) == (n == 1) && b->cells_zyx[k] < n &&
-                                           b->bricks_zyx[k] == volpkg__blocks(n, b->cells_zyx[k])),
-                         t->name, "its bricks do not follow from its level");
-        }
-        VOLPKG__RULE(b->stored <= b->pool_zyx[0] * b->pool_zyx[1] * b->pool_zyx[2], t->name,
-                     "it holds more bricks than it has places");
-    }
+    VOLPKG__RULE(layout != NULL && (int32_t)layout->components == m->slices_per_texel * m->components_per_voxel,
+                 texture->name, "its mosaic has another number of components than its format");
     return VOLPKG_OK;
 }
 
@@ -5399,341 +4936,68 @@ static const volpkg_texture* volpkg__texture_named(const volpkg_package* p, cons
     return NULL;
 }
 
-/* Check that skip tables and ranges of blocks share: `times` slices for each block along z. */
-static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_texture* t, volpkg_role role, const char* name,
-                                       const volpkg_level* level, int32_t block, const int32_t blocks_zyx[3],
-                                       int32_t times) {
-    int64_t slices;
-    int32_t k;
-    VOLPKG__RULE(level != NULL, name, "it is for a level that is not there");
-    for (k = 0; k < 3; ++k)
-        VOLPKG__RULE(blocks_zyx[k] == volpkg__blocks(level->grid.shape_zyx[k], block), name,
-                     "it has another number of blocks than its level");
-    VOLPKG__RULE(t != NULL && t->role == role && t->level == level->index, name, "it has no texture for its level");
-    slices = (int64_t)times * blocks_zyx[0];
-    if (t->mosaic == NULL) {
-        VOLPKG__RULE(t->shape_zyx[0] == slices && t->shape_zyx[1] == blocks_zyx[1] && t->shape_zyx[2] == blocks_zyx[2],
-                     name, "it has not a texel for each block");
-    } else {
-        const volpkg_mosaic* m = t->mosaic;
-        VOLPKG__RULE(
-            m->slices == slices && m->tile_shape_yx[0] == blocks_zyx[1] && m->tile_shape_yx[1] == blocks_zyx[2], name,
-            "it has not a texel for each block");
-        VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == m->texture_shape_yx[0] &&
-                         t->shape_zyx[2] == m->texture_shape_yx[1] && m->slices_per_texel == 1 && m->gutter == 0,
-                     name, "it is a mosaic of another shape, with a gutter, or with several slices in a texel");
-        VOLPKG__RULE((int64_t)m->tiles_x * m->tiles_y >= slices && m->textures == 1, name,
-                     "it is a mosaic without room for its slices, or of several textures");
-        VOLPKG__RULE((int64_t)m->tiles_x * blocks_zyx[2] <= t->shape_zyx[2] &&
-                         (int64_t)m->tiles_y * blocks_zyx[1] <= t->shape_zyx[1],
-                     name, "it is a mosaic whose tiles do not fit into its texture");
-    }
+/* The texture of a skip table or of ranges of blocks has `times` slices for each block along z. */
+static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_package* p, const char* name, volpkg_role role,
+                                       const int32_t blocks_zyx[3], int32_t times) {
+    const volpkg_texture* t = volpkg__texture_named(p, name);
+    const volpkg_mosaic* m = t != NULL ? t->mosaic : NULL;
+    int64_t slices = (int64_t)times * blocks_zyx[0];
+    VOLPKG__RULE(t != NULL && t->role == role, name, "there is no such texture of its role");
+    VOLPKG__RULE(
+        m != NULL ? m->slices == slices && m->tile_shape_yx[0] == blocks_zyx[1] && m->tile_shape_yx[1] == blocks_zyx[2]
+                  : t->shape_zyx[0] == slices && t->shape_zyx[1] == blocks_zyx[1] && t->shape_zyx[2] == blocks_zyx[2],
+        name, "it has not a texel for each block");
+    VOLPKG__RULE(m == NULL || (m->slices_per_texel == 1 && m->gutter == 0 && m->textures == 1), name,
+                 "it is a mosaic with a gutter, of several textures, or with several slices in a texel");
     VOLPKG__RULE(role != VOLPKG_ROLE_SKIP || t->gl.type == 0x1401, name, "it has entries that are no bytes");
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__skip_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    static const volpkg_skipping none = {0, {NULL, 0}, {NULL, 0}};
-    const volpkg_skipping* skipping = p->skipping ? p->skipping : &none;
-    int32_t i, k, n;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        if ((t->role != VOLPKG_ROLE_SKIP && t->role != VOLPKG_ROLE_RANGES) || !volpkg__texture_concerns(p, c, t))
-            continue;
-        for (k = 0, n = 0; k < skipping->tables.count; ++k)
-            n += volpkg__concerns(p, c, skipping->tables.at[k].transfer) &&
-                 volpkg__is(skipping->tables.at[k].texture, t->name);
-        for (k = 0; k < skipping->ranges.count; ++k) n += volpkg__is(skipping->ranges.at[k].texture, t->name);
-        VOLPKG__RULE(n == 1, t->name, "it is not named by one skip table or range of blocks");
-    }
-    for (i = 0; i < skipping->tables.count; ++i) {
-        const volpkg_skip_table* table = &skipping->tables.at[i];
-        const volpkg_level* level = volpkg__level_of(channel, table->level);
-        const volpkg_texture* t = volpkg__texture_named(p, table->texture);
-        if (!volpkg__concerns(p, c, table->transfer)) continue;
-        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_SKIP, table->texture, level, table->block, table->blocks_zyx,
+/* What parts rely on: textures of blocks, segments of labels, meshes. */
+static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p) {
+    int32_t i, k;
+    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
+        const volpkg_skip_table* table = &p->skipping->tables.at[i];
+        VOLPKG__TRY(volpkg__block_rules(r, p, table->texture, VOLPKG_ROLE_SKIP, table->blocks_zyx,
                                         table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
-        VOLPKG__RULE(volpkg__function_of(channel, table->transfer) != NULL && volpkg__is(t->transfer, table->transfer),
-                     table->texture, "it is for no transfer function, or its texture is for another one");
     }
-    for (i = 0; i < skipping->ranges.count; ++i) {
-        const volpkg_ranges* ranges = &skipping->ranges.at[i];
-        const volpkg_texture* t = volpkg__texture_named(p, ranges->texture);
-        if (t != NULL && !volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_RANGES, ranges->texture,
-                                        volpkg__level_of(channel, ranges->level), ranges->block, ranges->blocks_zyx,
-                                        2));
+    for (i = 0; p->skipping != NULL && i < p->skipping->ranges.count; ++i) {
+        const volpkg_ranges* ranges = &p->skipping->ranges.at[i];
+        VOLPKG__TRY(volpkg__block_rules(r, p, ranges->texture, VOLPKG_ROLE_RANGES, ranges->blocks_zyx, 2));
     }
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__normal_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    static const uint32_t code_bytes[4] = {3, 3, 2, 3};
-    int32_t i, k;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        const volpkg_level* level = volpkg__level_of(&p->channels.at[c], t->level);
-        uint32_t components;
-        if (!volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__RULE((t->role == VOLPKG_ROLE_NORMALS) == (t->normals != NULL), t->name,
-                     "it has normals without a description of them, or the reverse");
-        if (t->normals == NULL) continue;
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(p->textures.at[k].role != VOLPKG_ROLE_NORMALS || p->textures.at[k].level != t->level ||
-                             p->textures.at[k].part != t->part || !volpkg__texture_concerns(p, c, &p->textures.at[k]),
-                         t->name, "two textures hold the normals of one level");
-        components = code_bytes[t->normals->code] + (t->normals->largest_gradient >= 0);
-        VOLPKG__RULE(volpkg__components(&t->gl) == components, t->name,
-                     "it holds normals of another number of components than its format");
-        VOLPKG__RULE((t->normals->code == VOLPKG_NORMAL_CODE_SNORM8) == (t->gl.type == 0x1400), t->name,
-                     "its code of normals has another type of texels");
-        VOLPKG__RULE((t->filter == VOLPKG_FILTER_LINEAR) == (t->normals->code <= VOLPKG_NORMAL_CODE_SNORM8), t->name,
-                     "its code of normals has another filter");
-        VOLPKG__RULE(t->transfer[0] == 0, t->name, "it holds normals, but has a transfer function");
-        VOLPKG__RULE(
-            t->mosaic == NULL || (t->mosaic->components_per_voxel == (int32_t)components && t->mosaic->gutter == 0),
-            t->name, "it holds normals, but has a mosaic with a gutter, or of other components");
-        VOLPKG__RULE(level != NULL, t->name, "it holds normals of a level that is not there");
-        VOLPKG__RULE(
-            t->mosaic != NULL || (t->gl.target == 0x806F && volpkg__same_shape(t->shape_zyx, level->grid.shape_zyx)),
-            t->name, "it holds normals without a mosaic, so it must be 3D and have the shape of its level");
-    }
-    for (i = 0; i < p->programs.count; ++i) {
-        const volpkg_program* program = &p->programs.at[i];
-        if (!volpkg__concerns(p, c, program->transfer)) continue;
-        VOLPKG__RULE((program->light != NULL) == (program->lighting >= VOLPKG_LIGHTING_PHONG), program->name,
-                     "it has a light with a place if and only if its lighting is phong or blinn-phong");
-    }
-    return VOLPKG_OK;
-}
-
-/* Whether two textures of one light are read in the same way. */
-static int volpkg__same_light(const volpkg_texture* a, const volpkg_texture* b) {
-    const volpkg_baked_light *one = a->light, *other = b->light;
-    return volpkg__same_gl(&a->gl, &b->gl) && volpkg__same_shape(a->shape_zyx, b->shape_zyx) &&
-           volpkg__same_mosaic(a->mosaic, b->mosaic) && one->model.turnable == other->model.turnable &&
-           one->model.channels == other->model.channels && one->largest == other->largest &&
-           one->subtracted == other->subtracted &&
-           memcmp(one->first_colour, other->first_colour, sizeof one->first_colour) == 0 &&
-           memcmp(one->stored_values, other->stored_values, sizeof one->stored_values) == 0 &&
-           memcmp(one->texture_from_box_per_mm_xyz, other->texture_from_box_per_mm_xyz,
-                  sizeof one->texture_from_box_per_mm_xyz) == 0;
-}
-
-static int volpkg__is_of_a_cut(const volpkg_texture* t) { return t->light != NULL && t->light->planes.count > 0; }
-
-static volpkg_code volpkg__light_texture_rules(volpkg__reader* r, const volpkg_package* p, int32_t c,
-                                               const volpkg_texture* t) {
-    const volpkg_mosaic* m = t->mosaic;
-    const volpkg_light_model* model = &t->light->model;
-    const double* first = t->light->first_colour;
-    double brightest = 0;
-    int coloured = !model->turnable && model->channels == VOLPKG_LIGHT_CHANNELS_RGB, whole = 0;
-    uint32_t components = model->turnable || coloured ? 4 : 2;
-    int32_t k, alike = 0;
-    VOLPKG__RULE(volpkg__components(&t->gl) == components && t->gl.type == 0x1401, t->name,
-                 "it holds light of other components than its format, or no bytes");
-    VOLPKG__RULE(t->filter == VOLPKG_FILTER_LINEAR && t->level < 0, t->name,
-                 "it holds light, so it must be filtered, and for all levels");
-    for (k = 0; k < 3; ++k)
-        if (first[k] > brightest) brightest = first[k];
-    VOLPKG__RULE(brightest == coloured, t->name,
-                 "the first colour of light in colour has 1 as its largest component, and other light has none");
-    VOLPKG__RULE(t->light->stored_values[0] < t->light->stored_values[1], t->name,
-                 "its light has stored values that do not ascend");
-    for (k = 0; k < t->light->planes.count; ++k) {
-        const double* n = t->light->planes.at[k].normal;
-        VOLPKG__RULE(fabs(sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1) <= 1e-6, t->name,
-                     "it holds light of a cut by planes whose normals have not the length 1");
-    }
-    VOLPKG__RULE((t->gl.target == 0x806F) == (m == NULL), t->name,
-                 "it holds light, so it must be a 3D texture or a mosaic");
-    VOLPKG__RULE(!model->turnable || (m != NULL ? m->slices : t->shape_zyx[0]) % 2 == 0, t->name,
-                 "it holds light that turns, so it must have two halves along z");
-    VOLPKG__RULE(t->part == 0, t->name, "it holds light, so it must be part 0");
-    if (m != NULL) {
-        int32_t own_zyx[3];
-        own_zyx[0] = m->slices;
-        own_zyx[1] = m->tile_shape_yx[0];
-        own_zyx[2] = m->tile_shape_yx[1];
-        VOLPKG__TRY(volpkg__mosaic_rules(r, t, own_zyx));
-        VOLPKG__RULE(
-            m->textures == 1 && m->slices_per_texel == 1 && m->gutter == 0, t->name,
-            "it holds light in a mosaic of several textures, with a gutter, or with several slices in a texel");
-    }
-    for (k = 0; k < 3 && p->grid != NULL; ++k) {
-        /* The centres of the outer texels lie on the faces of the box; light that turns has two halves along z. */
-        const int32_t texels = k == 2 ? (m != NULL ? m->slices : t->shape_zyx[0])
-                                      : (m != NULL ? m->tile_shape_yx[1 - k] : t->shape_zyx[2 - k]);
-        const double part = k == 2 && model->turnable ? 0.5 : 1;
-        const double reach = t->light->texture_from_box_per_mm_xyz[k] * p->grid->extent_mm_zyx[2 - k];
-        VOLPKG__RULE(fabs(reach - (part - 1.0 / texels)) <= 1e-9, t->name,
-                     "its light has texture_from_box_per_mm_xyz that does not follow from its texels");
-    }
-    for (k = 0; k < p->textures.count; ++k) {
-        const volpkg_texture* other = &p->textures.at[k];
-        if (other->role != VOLPKG_ROLE_LIGHT || !volpkg__is(other->transfer, t->transfer) || other->light == NULL ||
-            !volpkg__texture_concerns(p, c, other))
-            continue;
-        VOLPKG__RULE(volpkg__same_light(t, other), t->name,
-                     "the textures of its light differ in more than their texels");
-        if (volpkg__is_of_a_cut(t) != volpkg__is_of_a_cut(other)) {
-            whole |= !volpkg__is_of_a_cut(other);
-            continue;
-        }
-        ++alike;
-    }
-    VOLPKG__RULE(whole || !volpkg__is_of_a_cut(t), t->name,
-                 "it holds light of a cut, and no texture light of the whole");
-    VOLPKG__RULE(alike == 1, t->name, "the light of its transfer function has more than one texture");
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__light_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    int32_t i;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        if (!volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__RULE((t->role == VOLPKG_ROLE_LIGHT) == (t->light != NULL), t->name,
-                     "it has light without a description of it, or the reverse");
-        if (t->light != NULL) VOLPKG__TRY(volpkg__light_texture_rules(r, p, c, t));
-    }
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__proxy_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    int32_t i, k;
-    if (p->proxy == NULL) return VOLPKG_OK;
-    for (i = 0; i < p->proxy->meshes.count; ++i) {
+    for (i = 0; p->segments != NULL && i < p->segments->labels.count; ++i)
+        for (k = 0; k < p->segments->labels.at[i].segments.count; ++k)
+            VOLPKG__RULE(volpkg_find_segment(p, p->segments->labels.at[i].segments.at[k]) >= 0,
+                         p->segments->labels.at[i].segments.at[k], "a label is of this segment, which is not there");
+    for (i = 0; p->proxy != NULL && i < p->proxy->meshes.count; ++i) {
         volpkg_mesh* mesh = (volpkg_mesh*)&p->proxy->meshes.at[i];
-        const volpkg_level* level = volpkg__level_of(channel, mesh->level);
-        int shown = mesh->path != NULL;
-        if (!volpkg__concerns(p, c, mesh->transfer)) continue;
-        VOLPKG__RULE(volpkg__function_of(channel, mesh->transfer) != NULL && level != NULL, mesh->transfer,
-                     "a mesh is for no transfer function or no level");
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(p->proxy->meshes.at[k].level != mesh->level ||
-                             !volpkg__is(p->proxy->meshes.at[k].transfer, mesh->transfer),
-                         mesh->transfer, "two meshes are for one level");
-        for (k = 0; k < 3; ++k) {
-            double expected = level->grid.spacing_mm_zyx[2 - k] / 4;
-            VOLPKG__RULE(volpkg__near(&mesh->box_from_mesh_mm_xyz[k], &expected, 1, 0), mesh->transfer,
-                         "box_from_mesh_mm_xyz of a mesh is not a quarter of its level's spacing");
-        }
-        VOLPKG__RULE(
-            shown == (mesh->triangles > 0) && shown == (mesh->vertices > 0) && shown == (mesh->occupied_share > 0),
-            mesh->transfer, "a mesh has a file without triangles, or triangles without a file");
-        if (shown && mesh->parts.at == NULL) VOLPKG__TRY(volpkg__read_mesh(r, mesh, level->grid.shape_zyx));
+        const volpkg_level* level = NULL;
+        for (k = 0; k < p->channels.count && level == NULL; ++k)
+            level = volpkg__level_of(&p->channels.at[k], mesh->level);
+        if (mesh->path != NULL && level != NULL) VOLPKG__TRY(volpkg__read_mesh(r, mesh, level->grid.shape_zyx));
     }
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__slices_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    int has_shaders = p->profile.api != VOLPKG_API_ES1_1;
-    int editable = p->editing != NULL;
-    int32_t i, k, drawn, all = 0;
-    VOLPKG__RULE(has_shaders || (p->programs.count == 0 && p->subvolumes == NULL && p->palettes.count == 0),
-                 p->profile.name,
-                 "the package has programs or what only programs read, but its profile has no shaders");
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        const volpkg_slices* s = t->slices;
-        const volpkg_level* level = volpkg__level_of(channel, t->level);
-        int32_t end = 0, place;
-        VOLPKG__RULE((t->role == VOLPKG_ROLE_SLICES) == (s != NULL), t->name,
-                     "it has the role slices without slices, or the other way round");
-        VOLPKG__RULE((s != NULL) != has_shaders, t->name,
-                     "it holds slices for a profile with shaders, or none for one without");
-        if (s == NULL) continue;
-        place = 2 - (int32_t)s->axis;
-        all |= 1 << s->axis;
-        VOLPKG__RULE(t->shape_zyx[0] == 1 && t->gl.target == 0x0DE1 && (t->shape_zyx[1] & (t->shape_zyx[1] - 1)) == 0 &&
-                         (t->shape_zyx[2] & (t->shape_zyx[2] - 1)) == 0,
-                     t->name, "it holds slices, so it must be 2D with sizes that are powers of two");
-        VOLPKG__RULE((t->gl.internal_format == 0x1908 && t->gl.format == 0x1908 && t->gl.type == 0x1401) ||
-                         (t->gl.internal_format == 0x8B96 && t->gl.format == 0 && t->gl.type == 0),
-                     t->name, "it holds slices in a format that has none");
-        VOLPKG__RULE(!editable || t->gl.internal_format == 0x8B96, t->name,
-                     "transfer functions are editable, but it has no palette");
-        VOLPKG__RULE((int64_t)s->tiles_x * s->slice_shape_yx[1] <= t->shape_zyx[2] &&
-                         ((int64_t)s->slices + s->tiles_x - 1) / s->tiles_x * s->slice_shape_yx[0] <= t->shape_zyx[1],
-                     t->name, "it has no room for its slices");
-        VOLPKG__RULE(volpkg__function_of(channel, t->transfer) != NULL, t->name,
-                     "it is classified by no transfer function");
-        VOLPKG__RULE(level != NULL, t->name, "it holds a level that is not there");
-        VOLPKG__RULE(s->slice_shape_yx[0] == level->grid.shape_zyx[place == 0 ? 1 : 0] &&
-                         s->slice_shape_yx[1] == level->grid.shape_zyx[place == 2 ? 1 : 2],
-                     t->name, "its slices do not have the size of its level");
-        VOLPKG__RULE(t->reference_mm == level->grid.spacing_mm_zyx[place] / s->layers, t->name,
-                     "its opacity is not that of the distance of its polygons");
-        /* Parts follow each other: this one begins where the one before it ends, and the last one at the end. */
-        for (k = 0, drawn = 0; k < p->textures.count; ++k) {
-            const volpkg_texture* other = &p->textures.at[k];
-            if (other->slices == NULL || other->slices->axis != s->axis || !volpkg__is(other->transfer, t->transfer))
-                continue;
-            VOLPKG__RULE(
-                other->level == t->level && volpkg__same_gl(&other->gl, &t->gl) && other->slices->layers == s->layers,
-                t->name, "its stack has several levels, formats or numbers of layers");
-            VOLPKG__RULE(k == i || other->part != t->part, t->name, "its stack has a part twice");
-            if (other->part == t->part - 1)
-                end = other->slices->first +
-                      (other->slices->slices < INT32_MAX - other->slices->first ? other->slices->slices : 0);
-            drawn |= other->part == t->part + 1;
-        }
-        VOLPKG__RULE(s->first == (t->part == 0 ? 0 : end) && (t->part == 0 || end > 0), t->name,
-                     "its stack does not go on where the part before it ends");
-        VOLPKG__RULE(drawn || (int64_t)s->first + s->slices == level->grid.shape_zyx[place], t->name,
-                     "its stack has another number of slices than its level");
-    }
-    for (i = 0; i < channel->transfer_functions.count && !has_shaders; ++i) {
-        int32_t axes = 0;
-        for (k = 0; k < p->textures.count; ++k)
-            if (p->textures.at[k].slices &&
-                volpkg__is(p->textures.at[k].transfer, channel->transfer_functions.at[i].name))
-                axes |= 1 << p->textures.at[k].slices->axis;
-        VOLPKG__RULE(axes == all, channel->transfer_functions.at[i].name,
-                     "it has not the same stacks of slices as the others");
-    }
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__editing_rules(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    const volpkg_channel* channel = &p->channels.at[c];
-    int32_t i, k, n;
-    if (p->editing == NULL) return VOLPKG_OK;
-    for (i = 0; i < p->editing->histograms.count; ++i) {
-        const volpkg_histogram* each = &p->editing->histograms.at[i];
-        if (!volpkg__is(each->channel, channel->name)) continue;
-        VOLPKG__RULE(volpkg__level_of(channel, each->level) != NULL, each->path, "it is for a level that is not there");
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(p->editing->histograms.at[k].level != each->level ||
-                             !volpkg__is(p->editing->histograms.at[k].channel, each->channel),
-                         each->path, "a level has two joint histograms");
-        for (k = 0; k < channel->transfer_functions.count; ++k) {
-            int own = 0;
-            for (n = 0; n < p->textures.count; ++n)
-                own |= p->textures.at[n].role == VOLPKG_ROLE_TRANSFER && p->textures.at[n].level == each->level &&
-                       volpkg__is(p->textures.at[n].transfer, channel->transfer_functions.at[k].name);
-            VOLPKG__RULE(own, each->path, "its level has no table of its own for a transfer function");
-        }
-    }
-    for (i = 0; i < p->programs.count; ++i)
-        VOLPKG__RULE(p->programs.at[i].classification == VOLPKG_CLASSIFICATION_LOOKUP, p->programs.at[i].name,
-                     "transfer functions are editable, but it has no lookup table");
-    VOLPKG__RULE(p->proxy == NULL, "",
-                 "transfer functions are editable, but it has meshes that fit only the original ones");
+static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* p) {
+    int32_t i, k, axis;
+    for (i = 0; i < p->channels.count; ++i)
+        for (k = 0; k < p->channels.at[i].levels.count; ++k)
+            for (axis = 0; axis < 3; ++axis) {
+                const volpkg_level* level = &p->channels.at[i].levels.at[k];
+                int64_t factor = level->factors_zyx[axis];
+                VOLPKG__RULE(level->grid.shape_zyx[axis] == (p->grid->shape_zyx[axis] + factor - 1) / factor,
+                             p->channels.at[i].name, "the shape of a level does not follow from its factors");
+            }
     return VOLPKG_OK;
 }
 
 static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k, n, m;
+    int32_t i;
     VOLPKG__RULE(p->stages.count == 0, "", "it is sealed, but has records of stages");
     VOLPKG__RULE(p->channels.count > 0, "", "it is sealed without a channel");
-    VOLPKG__RULE(p->grid != NULL && p->render != NULL && p->textures.count > 0, "",
-                 "it is sealed without grid, render or textures");
+    VOLPKG__RULE(p->grid != NULL && p->render != NULL && p->textures.count > 0 && p->pictures.count > 0, "",
+                 "it is sealed without grid, render, textures or pictures");
     for (i = 0; i < p->channels.count; ++i) {
         const volpkg_channel* channel = &p->channels.at[i];
         VOLPKG__RULE(channel->stored_type != VOLPKG_STORED_TYPE_NONE && channel->quantization != NULL &&
@@ -5741,273 +5005,7 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
                      channel->name, "it is sealed without stored_type, quantization, levels or transfer_functions");
         VOLPKG__RULE(channel->quantization->window[0] < channel->quantization->window[1], channel->name,
                      "it has an empty window");
-        for (k = 0; k < channel->transfer_functions.count; ++k) {
-            int drawn = 0;
-            for (n = 0; n < p->pictures.count; ++n)
-                for (m = 0; m < p->pictures.at[n].media.count; ++m)
-                    drawn |= volpkg__is(p->pictures.at[n].media.at[m].transfer, channel->transfer_functions.at[k].name);
-            VOLPKG__RULE(drawn, channel->transfer_functions.at[k].name, "no picture shows it");
-        }
     }
-    return VOLPKG_OK;
-}
-
-static int volpkg__same_grid(const volpkg_grid* a, const volpkg_grid* b) {
-    int i, k, same = volpkg__same_shape(a->shape_zyx, b->shape_zyx);
-    for (i = 0; i < 3; ++i) {
-        same &= a->spacing_mm_zyx[i] == b->spacing_mm_zyx[i] && a->origin_mm_xyz[i] == b->origin_mm_xyz[i] &&
-                a->extent_mm_zyx[i] == b->extent_mm_zyx[i];
-        for (k = 0; k < 3; ++k) same &= a->direction[i][k] == b->direction[i][k];
-    }
-    return same;
-}
-
-static int32_t volpkg__channel_named(const volpkg_package* p, const char* name) {
-    int32_t i;
-    for (i = 0; i < p->channels.count; ++i)
-        if (volpkg__is(p->channels.at[i].name, name)) return i;
-    return -1;
-}
-
-static volpkg_code volpkg__channel_rules(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k, n;
-    for (i = 1; i < p->channels.count; ++i)
-        VOLPKG__RULE(volpkg__same_grid(&p->channels.at[i].source.info.grid, &p->channels.at[0].source.info.grid),
-                     p->channels.at[i].name, "it has another grid than the first channel");
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        VOLPKG__RULE((t->channels.count > 0) != (t->transfer[0] != 0), t->name,
-                     "it is of a channel and of a transfer function, or of neither");
-        for (k = 0; k < t->channels.count; ++k) {
-            int32_t channel = volpkg__channel_named(p, t->channels.at[k]);
-            VOLPKG__RULE(channel >= 0, t->name, "it is of a channel that is not there");
-            for (n = 0; n < k; ++n)
-                VOLPKG__RULE(!volpkg__is(t->channels.at[n], t->channels.at[k]), t->name, "it is twice of one channel");
-            VOLPKG__RULE(p->channels.at[channel].stored_type ==
-                             p->channels.at[volpkg__channel_named(p, t->channels.at[0])].stored_type,
-                         t->name, "it holds channels of several types");
-        }
-        VOLPKG__RULE(t->channels.count < 2 ||
-                         (t->role == VOLPKG_ROLE_VOLUME && volpkg__components(&t->gl) == (uint32_t)t->channels.count),
-                     t->name, "it cannot hold its channels together");
-    }
-    for (i = 0; i < p->compression.count; ++i) {
-        const volpkg_compressed_form* form = &p->compression.at[i];
-        int found = 0;
-        for (k = 0; k < p->textures.count && form->kept; ++k) {
-            const volpkg_texture* t = &p->textures.at[k];
-            if (t->role != VOLPKG_ROLE_VOLUME || t->level != form->level ||
-                !volpkg__lists(t->channels.at, t->channels.count, form->channel))
-                continue;
-            VOLPKG__RULE(t->format == volpkg__format_named(form->format), t->name,
-                         "its level is said to be compressed in another format");
-            found = 1;
-        }
-        VOLPKG__RULE(!form->kept || found, form->channel, "a level is said to be compressed, but no texture holds it");
-    }
-    return VOLPKG_OK;
-}
-
-/* The skip tables of a picture belong to no single channel. */
-static volpkg_code volpkg__shared_skip_rules(volpkg__reader* r, const volpkg_package* p, const char* picture) {
-    int32_t i, k, n, tables = p->skipping ? p->skipping->tables.count : 0;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        if (t->role != VOLPKG_ROLE_SKIP || !volpkg__is(t->transfer, picture)) continue;
-        for (k = 0, n = 0; k < tables; ++k)
-            n += volpkg__is(p->skipping->tables.at[k].transfer, picture) &&
-                 volpkg__is(p->skipping->tables.at[k].texture, t->name);
-        VOLPKG__RULE(n == 1, t->name, "it is not named by one skip table");
-    }
-    for (i = 0; i < tables; ++i) {
-        const volpkg_skip_table* table = &p->skipping->tables.at[i];
-        const volpkg_texture* t = volpkg__texture_named(p, table->texture);
-        const volpkg_level* level = NULL;
-        if (!volpkg__is(table->transfer, picture)) continue;
-        for (k = 0; k < p->channels.count && level == NULL; ++k)
-            level = volpkg__level_of(&p->channels.at[k], table->level);
-        VOLPKG__TRY(volpkg__block_rules(r, t, VOLPKG_ROLE_SKIP, table->texture, level, table->block, table->blocks_zyx,
-                                        table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
-        VOLPKG__RULE(volpkg__is(t->transfer, table->transfer), table->texture, "its texture is for another picture");
-    }
-    return VOLPKG_OK;
-}
-
-/* The four channels of a volume in colour: light of red, green and blue, and extinction, in the same texels. */
-static volpkg_code volpkg__colour_rules(volpkg__reader* r, const volpkg_package* p) {
-    const volpkg_together* together = p->together;
-    double largest = 0.0;
-    int32_t i, k;
-    VOLPKG__RULE(together->transfers.count == 4, together->name, "a volume in colour has four channels");
-    for (i = 3; i >= 0; --i) {
-        const char* name = together->transfers.at[i];
-        const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, name)];
-        const volpkg_transfer_function* function = volpkg__function_of(channel, name);
-        int is_line = function->points.count == 2;
-        if (is_line && i == 3) largest = function->points.at[1].extinction_per_mm;
-        for (k = 0; k < 2 && is_line; ++k) {
-            const volpkg_transfer_point* point = &function->points.at[k];
-            is_line = point->value == k && point->extinction_per_mm == k * largest && point->colour[0] == (i == 0) &&
-                      point->colour[1] == (i == 1) && point->colour[2] == (i == 2);
-        }
-        VOLPKG__RULE(is_line && largest > 0.0, name, "it is not the light or the extinction of a colour");
-        VOLPKG__RULE(channel->quantization == NULL ||
-                         (channel->quantization->window[0] == 0.0 && channel->quantization->window[1] == 1.0),
-                     channel->name, "the values of a colour do not go from 0 to 1");
-    }
-    for (i = 0; i < p->textures.count; ++i)
-        VOLPKG__RULE(p->textures.at[i].role != VOLPKG_ROLE_VOLUME || p->textures.at[i].channels.count == 4,
-                     p->textures.at[i].name, "it does not hold all channels of a colour");
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__together_rules(volpkg__reader* r, const volpkg_package* p) {
-    const volpkg_together* together = p->together;
-    const volpkg_picture* picture;
-    int32_t i, k;
-    if (together == NULL) return VOLPKG_OK;
-    VOLPKG__RULE(volpkg__owner(p, together->name) < 0, together->name,
-                 "it names a transfer function and a picture of several");
-    for (i = 0; i < together->transfers.count; ++i) {
-        VOLPKG__RULE(volpkg__owner(p, together->transfers.at[i]) >= 0, together->name,
-                     "it draws an unknown transfer function");
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(volpkg__owner(p, together->transfers.at[i]) != volpkg__owner(p, together->transfers.at[k]),
-                         together->name, "it draws two transfer functions of one channel");
-    }
-    VOLPKG__TRY(volpkg__shared_skip_rules(r, p, together->name));
-    picture = volpkg__picture_named(p, together->name);
-    VOLPKG__RULE(picture != NULL, together->name, "no program draws this picture");
-    VOLPKG__RULE(picture->media.count == together->transfers.count, together->name, "the picture has other media");
-    for (i = 0; i < picture->media.count; ++i)
-        VOLPKG__RULE(volpkg__is(picture->media.at[i].transfer, together->transfers.at[i]), together->name,
-                     "the picture has other media");
-    if (picture->mixing == VOLPKG_MIXING_COLOUR) VOLPKG__TRY(volpkg__colour_rules(r, p));
-    return VOLPKG_OK;
-}
-
-static int volpkg__first_less(const void* a, const void* b) {
-    return strcmp(((const volpkg__pair*)a)->first, ((const volpkg__pair*)b)->first) < 0;
-}
-
-/* The segment with a name, or NULL. The pairs of name and segment are sorted by name. */
-static volpkg_segment* volpkg__find_segment(const volpkg__pair* sorted, int32_t count, const char* name) {
-    int32_t low = 0, high = count;
-    while (low < high) {
-        int32_t middle = low + (high - low) / 2;
-        int order = strcmp(sorted[middle].first, name);
-        if (order == 0) return (volpkg_segment*)sorted[middle].second;
-        if (order < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return NULL;
-}
-
-/* The segments have names of their own, and each label the transfer function of its first segment. */
-static volpkg_code volpkg__label_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
-    const volpkg_segments* segments = p->segments;
-    const char* picture = segments->name;
-    int32_t count = segments->segments.count, i, k, style = -1;
-    VOLPKG__RULE(volpkg__owner(p, picture) < 0, picture, "it names a transfer function and the picture of segments");
-    VOLPKG__RULE(p->channels.count == 1 && p->together == NULL, picture, "segments belong to a scan of one channel");
-    VOLPKG__RULE((size_t)count <= most, picture, "it has more segments than its manifest has room for");
-    for (i = 0; i < count; ++i) {
-        volpkg_segment* segment = (volpkg_segment*)&segments->segments.at[i];
-        segment->last_label = -1;
-        room[i].first = segment->name;
-        room[i].second = (const char*)segment;
-        VOLPKG__RULE(volpkg__owner(p, segment->transfer) >= 0, segment->name, "its transfer function is not there");
-    }
-    volpkg__sort(room, (size_t)count, sizeof *room, volpkg__first_less);
-    for (i = 1; i < count; ++i)
-        VOLPKG__RULE(volpkg__first_less(&room[i - 1], &room[i]), room[i].first, "two segments have this name");
-    for (i = 0; i < segments->labels.count; ++i) {
-        const volpkg_segment_label* label = &segments->labels.at[i];
-        if (style < 0 || !volpkg__is(label->transfer, segments->transfers.at[style])) ++style;
-        VOLPKG__RULE(style < segments->transfers.count && volpkg__is(label->transfer, segments->transfers.at[style]) &&
-                         volpkg__owner(p, label->transfer) >= 0,
-                     picture, "its labels are not in the order of its transfer functions");
-        for (k = 0; k < label->segments.count; ++k) {
-            volpkg_segment* segment = volpkg__find_segment(room, count, label->segments.at[k]);
-            VOLPKG__RULE(segment != NULL && segment->last_label != i, picture,
-                         "a label is of a segment that is not there, or twice of one");
-            VOLPKG__RULE(k > 0 || volpkg__is(segment->transfer, label->transfer), segment->name,
-                         "its label has another transfer function");
-            segment->last_label = i;
-        }
-    }
-    VOLPKG__RULE(style + 1 == segments->transfers.count, picture,
-                 "its labels are not in the order of its transfer functions");
-    return VOLPKG_OK;
-}
-
-/* The finest level of the programs of a transfer function, or -1. */
-/* The labels in the blocks of a level, one texture for the skip table of segments there. */
-static volpkg_code volpkg__label_sets_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
-    const volpkg_skip_table* table = NULL;
-    int64_t numbers = 0;
-    int32_t i, same = 0;
-    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
-        const volpkg_skip_table* each = &p->skipping->tables.at[i];
-        if (each->level == t->level && volpkg__is(each->transfer, p->segments->name)) table = each;
-    }
-    VOLPKG__RULE(table != NULL, t->name, "it holds the labels of blocks of a level without a skip table of segments");
-    for (i = 0, numbers = 1; i < 3 && numbers < (int64_t)1 << 40; ++i) numbers *= table->blocks_zyx[i];
-    numbers += numbers / 4 + 1024;
-    VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == (numbers + 2047) / 2048 && t->shape_zyx[2] == 2048 &&
-                     t->gl.target == 0x0DE1,
-                 t->name, "it has not the shape of the labels of the blocks of its level");
-    VOLPKG__RULE(volpkg__components(&t->gl) == 2u, t->name, "its texels do not have the two bytes of a number");
-    VOLPKG__RULE(volpkg__is(t->transfer, p->segments->name), t->name, "it holds the labels of another picture");
-    for (i = 0; i < p->textures.count; ++i)
-        same += p->textures.at[i].role == t->role && p->textures.at[i].level == t->level;
-    VOLPKG__RULE(same == 1, t->name, "it holds the labels of blocks of a level, as another texture does");
-    return VOLPKG_OK;
-}
-
-/* The labels of a level or of its blocks, or the table of looks. */
-static volpkg_code volpkg__label_texture_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_texture* t) {
-    const volpkg_segments* segments = p->segments;
-    const volpkg_level* level = volpkg__level_of(&p->channels.at[0], t->level);
-    int32_t width = 256, labels;
-    VOLPKG__RULE(segments != NULL, t->name, "it is of segments, which the package does not have");
-    labels = segments->labels.count;
-    VOLPKG__RULE(t->filter == VOLPKG_FILTER_NEAREST && t->gl.type == 0x1401, t->name,
-                 "it is of segments, but has a filter, or no bytes");
-    if (t->role == VOLPKG_ROLE_LABELS) {
-        const int32_t* shape = level ? level->grid.shape_zyx : NULL;
-        const volpkg_mosaic* m = t->mosaic;
-        VOLPKG__RULE(shape != NULL && (m == NULL ? t->gl.target == 0x806F && volpkg__same_shape(t->shape_zyx, shape)
-                                                 : t->gl.target == 0x0DE1 && m->slices == shape[0] &&
-                                                       m->tile_shape_yx[0] == shape[1] &&
-                                                       m->tile_shape_yx[1] == shape[2] && m->slices_per_texel == 1),
-                     t->name, "it holds labels, but neither as a 3D texture nor as a mosaic of the shape of its level");
-        VOLPKG__RULE(volpkg__components(&t->gl) == (labels - 1 > 127 ? 2u : 1u), t->name,
-                     "its texels do not have the bytes of its labels");
-        return VOLPKG_OK;
-    }
-    if (t->role == VOLPKG_ROLE_LABEL_SETS) return volpkg__label_sets_rules(r, p, t);
-    while (width < labels && width < 2048) width *= 2;
-    VOLPKG__RULE(t->shape_zyx[0] == 1 && t->shape_zyx[1] == (labels + width - 1) / width && t->shape_zyx[2] == width &&
-                     t->gl.format == 0x1908 && t->level < 0,
-                 t->name, "it is not the table of the looks of its labels");
-    VOLPKG__RULE(volpkg__is(t->transfer, segments->name), t->name, "it holds the looks of another picture");
-    return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__segments_rules(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
-    int32_t i;
-    for (i = 0; i < p->textures.count; ++i)
-        if (p->textures.at[i].role == VOLPKG_ROLE_LABELS || p->textures.at[i].role == VOLPKG_ROLE_LOOKS ||
-            p->textures.at[i].role == VOLPKG_ROLE_LABEL_SETS)
-            VOLPKG__TRY(volpkg__label_texture_rules(r, p, &p->textures.at[i]));
-    if (p->segments == NULL) return VOLPKG_OK;
-    VOLPKG__TRY(volpkg__label_rules(r, p, room, most));
-    VOLPKG__TRY(volpkg__shared_skip_rules(r, p, p->segments->name));
-    VOLPKG__RULE(volpkg__picture_named(p, p->segments->name) != NULL, p->segments->name,
-                 "no program draws this picture");
     return VOLPKG_OK;
 }
 
@@ -6032,181 +5030,65 @@ static const volpkg_uniform_value* volpkg__value_of(const volpkg_drawing_record*
     return NULL;
 }
 
-static int volpkg__has_value(const volpkg_drawing_record* drawing, volpkg_value_source source, const double* expected,
-                             int32_t count) {
-    const volpkg_uniform_value* value = volpkg__value_of(drawing, source);
-    return value != NULL && value->numbers.count == count && volpkg__near(value->numbers.at, expected, count, 0);
-}
-
-/* The values of the uniforms of a drawing, which follow from its level, its mipmap and its skip table. */
-static volpkg_code volpkg__value_rules(volpkg__reader* r, const volpkg_package* p, const char* name,
-                                       const volpkg_drawing_record* drawing, const volpkg_level* level) {
-    double scale[3], blocks[3], mipmap = -1;
-    int32_t i, k, count = 1, skips = 0;
-    for (k = 0; k < 3; ++k) scale[k] = 1 / (level->grid.shape_zyx[2 - k] * level->grid.spacing_mm_zyx[2 - k]);
-    for (i = drawing->textures.count - 1; i >= 0; --i) {
-        const volpkg_texture* t = volpkg__texture_named(p, drawing->textures.at[i]);
-        if (t->mipmap < 0) continue;
-        mipmap = t->mipmap;
-        for (k = 0; k < 3; ++k) scale[k] = 1 / (t->shape_zyx[2 - k] * level->grid.spacing_mm_zyx[2 - k]);
-    }
-    for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
-        const volpkg_skip_table* table = &p->skipping->tables.at[i];
-        if (!volpkg__lists(drawing->textures.at, drawing->textures.count, table->texture)) continue;
-        for (k = 0; k < 3; ++k) blocks[k] = 1 / (table->block * level->grid.spacing_mm_zyx[2 - k]);
-        ++skips;
-    }
-    VOLPKG__RULE(volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, scale, 3), name,
-                 "the value of texture_from_box does not follow from its level");
-    if (mipmap >= 0) {
-        ++count;
-        VOLPKG__RULE(volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_MIPMAP, &mipmap, 1), name,
-                     "the value of mipmap does not follow from its textures");
-    }
-    if (skips) {
-        VOLPKG__RULE(skips == 1 && volpkg__has_value(drawing, VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX, blocks, 3), name,
-                     "the value of blocks_from_box does not follow from its skip table");
-        ++count;
-    }
-    VOLPKG__RULE(drawing->values.count == count, name, "it has values that it does not need");
-    for (i = 1; i < count; ++i)
-        VOLPKG__RULE(drawing->values.at[i - 1].source < drawing->values.at[i].source, name,
-                     "its values are in another order");
-    return VOLPKG_OK;
-}
-
-/* The slices of a picture at a level, on devices without shaders. */
-static volpkg_code volpkg__slice_drawing_rules(volpkg__reader* r, const volpkg_package* p,
-                                               const volpkg_picture* picture, const volpkg_drawing_record* drawing) {
-    int32_t i, count = 0;
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        int is_drawn = volpkg__lists(drawing->textures.at, drawing->textures.count, t->name);
-        int is_own = t->role == VOLPKG_ROLE_SLICES && volpkg__is(t->transfer, picture->name) &&
-                     (t->level < 0 ? 0 : t->level) == drawing->level;
-        VOLPKG__RULE(is_drawn == is_own, picture->name, "it does not draw the slices of its transfer function");
-        count += is_own;
-    }
-    VOLPKG__RULE(count == drawing->textures.count && drawing->values.count == 0, picture->name,
-                 "it does not draw the slices of its transfer function");
-    return VOLPKG_OK;
-}
-
-/* Whether a drawing of a picture at a level may read a texture. */
-static int volpkg__is_of_drawing(const volpkg_picture* picture, int32_t level, const volpkg_texture* t) {
+/* The textures of a drawing or of pieces, whose samplers read sub-volumes, too. */
+static volpkg_code volpkg__textures_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
+                                          const char* const* textures, int32_t count, int in_pieces) {
     int32_t i;
-    int transfer = !t->transfer[0] || volpkg__is(t->transfer, picture->name), channel = t->channels.count == 0;
-    if (t->role == VOLPKG_ROLE_RANGES || t->role == VOLPKG_ROLE_SLICES || t->role == VOLPKG_ROLE_LABEL_SETS) return 0;
-    for (i = 0; i < picture->media.count; ++i) {
-        transfer |= volpkg__is(t->transfer, picture->media.at[i].transfer);
-        channel |= volpkg__lists(t->channels.at, t->channels.count, picture->media.at[i].channel);
-    }
-    return transfer && channel && (t->level < 0 || t->level == level) && !volpkg__is_of_a_cut(t);
+    for (i = 0; i < count; ++i)
+        VOLPKG__RULE((in_pieces && volpkg__piece_of(textures[i]) >= 0) || volpkg__texture_named(p, textures[i]) != NULL,
+                     picture->name, "it names a texture that is not there");
+    return VOLPKG_OK;
 }
 
-/* The textures of a drawing, or of pieces, whose samplers read sub-volumes, too. */
 static volpkg_code volpkg__read_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
-                                      const char* name, int in_pieces, int32_t level, const char* const* textures,
-                                      int32_t count, volpkg_rays rays) {
+                                      const char* name, int32_t textures) {
     const volpkg_program* program = volpkg__program_named(p, name);
-    int32_t i;
-    VOLPKG__RULE(
-        program != NULL && program->rays == rays && (program->sampling == VOLPKG_SAMPLING_SUBVOLUMES) == in_pieces,
-        picture->name, "it names a program that does not draw it");
-    VOLPKG__RULE(count == program->samplers.count, picture->name,
+    VOLPKG__RULE(program != NULL, picture->name, "it names a program that is not there");
+    VOLPKG__RULE(textures == program->samplers.count, picture->name,
                  "it has not one texture for each sampler of its program");
-    for (i = 0; i < count; ++i) {
-        const volpkg_texture* t = volpkg__texture_named(p, textures[i]);
-        VOLPKG__RULE((in_pieces && volpkg__piece_of(textures[i]) >= 0) ||
-                         (t != NULL && volpkg__is_of_drawing(picture, level, t)),
-                     picture->name, "it names a texture that is not of it");
-    }
     return VOLPKG_OK;
 }
 
 static volpkg_code volpkg__drawing_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
-                                         const volpkg_drawing_record* drawing, const volpkg_level* level) {
-    int32_t i, mesh = -1;
-    if (!drawing->program[0] && p->profile.api == VOLPKG_API_ES1_1)
-        return volpkg__slice_drawing_rules(r, p, picture, drawing);
-    VOLPKG__RULE(drawing->step_mm > 0, picture->name, "it takes samples at no distance");
-    VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->program, 0, drawing->level, drawing->textures.at,
-                                   drawing->textures.count, VOLPKG_RAYS_BOX));
-    if (drawing->at_mesh != NULL) {
-        VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->at_mesh->program, 0, drawing->level,
-                                       drawing->textures.at, drawing->textures.count, VOLPKG_RAYS_MESH));
-        for (i = 0; p->proxy != NULL && i < p->proxy->meshes.count; ++i)
-            if (volpkg__is(p->proxy->meshes.at[i].name, drawing->at_mesh->mesh)) mesh = i;
-        VOLPKG__RULE(mesh >= 0 && p->proxy->meshes.at[mesh].level == drawing->level &&
-                         volpkg__is(p->proxy->meshes.at[mesh].transfer, picture->name),
-                     picture->name, "it begins at a mesh that is not its own");
+                                         const volpkg_drawing_record* drawing) {
+    int32_t i, found = 0, textures = drawing->textures.count;
+    VOLPKG__TRY(volpkg__textures_rules(r, p, picture, drawing->textures.at, textures, 0));
+    if (p->profile.api != VOLPKG_API_ES1_1) {
+        VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->program, textures));
+        VOLPKG__RULE(drawing->step_mm > 0, picture->name, "it takes samples at no distance");
     }
-    return volpkg__value_rules(r, p, picture->name, drawing, level);
+    if (drawing->at_mesh == NULL) return VOLPKG_OK;
+    VOLPKG__TRY(volpkg__read_rules(r, p, picture, drawing->at_mesh->program, textures));
+    for (i = 0; p->proxy != NULL && i < p->proxy->meshes.count; ++i)
+        found |= volpkg__is(p->proxy->meshes.at[i].name, drawing->at_mesh->mesh);
+    VOLPKG__RULE(found, picture->name, "it begins at a mesh that is not there");
+    return VOLPKG_OK;
 }
 
 static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k;
     for (i = 0; i < p->pictures.count; ++i) {
         const volpkg_picture* picture = &p->pictures.at[i];
+        const volpkg_pieces* pieces = picture->pieces;
         const volpkg_channel* channel = NULL;
-        for (k = 0; k < i; ++k)
-            VOLPKG__RULE(!volpkg__is(p->pictures.at[k].name, picture->name), picture->name,
-                         "two pictures have this name");
         for (k = picture->media.count - 1; k >= 0; --k) {
             int32_t owner = volpkg__owner(p, picture->media.at[k].transfer);
             VOLPKG__RULE(owner >= 0 && volpkg__is(p->channels.at[owner].name, picture->media.at[k].channel),
                          picture->name, "it shows a transfer function that its channel does not have");
             channel = &p->channels.at[owner];
         }
-        VOLPKG__RULE(picture->mixing == VOLPKG_MIXING_LABELS ||
-                         (picture->media.count > 1) == (picture->mixing != VOLPKG_MIXING_ONE),
-                     picture->name, "its media mix in another way");
         for (k = 0; k < picture->drawings.count; ++k) {
             const volpkg_drawing_record* drawing = &picture->drawings.at[k];
-            const volpkg_level* level = volpkg__level_of(channel, drawing->level);
-            VOLPKG__RULE(level != NULL && (k == 0 || drawing[-1].level < drawing->level), picture->name,
-                         "it draws levels that its channel does not have, or not in their order");
-            VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing, level));
+            VOLPKG__RULE(
+                volpkg__level_of(channel, drawing->level) != NULL && (k == 0 || drawing[-1].level < drawing->level),
+                picture->name, "it draws levels that its channel does not have, or not in their order");
+            VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing));
         }
-        if (picture->pieces != NULL)
-            VOLPKG__TRY(volpkg__read_rules(r, p, picture, picture->pieces->program, 1, 0, picture->pieces->textures.at,
-                                           picture->pieces->textures.count, VOLPKG_RAYS_BOX));
+        if (pieces == NULL) continue;
+        VOLPKG__TRY(volpkg__textures_rules(r, p, picture, pieces->textures.at, pieces->textures.count, 1));
+        VOLPKG__TRY(volpkg__read_rules(r, p, picture, pieces->program, pieces->textures.count));
     }
     return VOLPKG_OK;
-}
-
-static volpkg_code volpkg__rules_of_channel(volpkg__reader* r, const volpkg_package* p, int32_t c) {
-    int32_t i;
-    int filter = -1;
-    VOLPKG__TRY(volpkg__level_rules(r, p, c));
-    for (i = 0; i < p->textures.count; ++i) {
-        const volpkg_texture* t = &p->textures.at[i];
-        if (!volpkg__texture_concerns(p, c, t)) continue;
-        VOLPKG__TRY(volpkg__texture_rules(r, p, c, t));
-        if (t->role != VOLPKG_ROLE_VOLUME && t->role != VOLPKG_ROLE_SLICES) continue;
-        VOLPKG__RULE(filter < 0 || filter == (int)t->filter, t->name,
-                     "some volumes are sampled with the filter linear, others with nearest");
-        filter = (int)t->filter;
-    }
-    for (i = 0; i < p->palettes.count; ++i)
-        VOLPKG__RULE(volpkg__owner(p, p->palettes.at[i].transfer) >= 0, p->palettes.at[i].transfer,
-                     "a palette is of no transfer function");
-    for (i = 0; i < p->programs.count; ++i) {
-        if (!volpkg__concerns(p, c, p->programs.at[i].transfer)) continue;
-        VOLPKG__RULE(filter != (int)VOLPKG_FILTER_NEAREST ||
-                         p->programs.at[i].classification != VOLPKG_CLASSIFICATION_PREINTEGRATED,
-                     p->programs.at[i].name,
-                     "the volumes hold labels, but it draws pre-integrated segments between them");
-    }
-    VOLPKG__TRY(volpkg__compositing_rules(r, &p->channels.at[c], p->programs.at, p->programs.count));
-    VOLPKG__TRY(volpkg__mipmap_rules(r, p, c));
-    VOLPKG__TRY(volpkg__brick_rules(r, p, c));
-    VOLPKG__TRY(volpkg__skip_rules(r, p, c));
-    VOLPKG__TRY(volpkg__normal_rules(r, p, c));
-    VOLPKG__TRY(volpkg__light_rules(r, p, c));
-    VOLPKG__TRY(volpkg__proxy_rules(r, p, c));
-    VOLPKG__TRY(volpkg__slices_rules(r, p, c));
-    return volpkg__editing_rules(r, p, c);
 }
 
 /* ---- opening ---- */
@@ -6445,17 +5327,12 @@ void volpkg_unmap_folder(volpkg_folder* folder) {
     folder->count = 0;
 }
 
-/* Take textures of roles that this version does not know out of the list. Their files need no other use. */
+/* Take textures of roles that this version does not know out of the list. */
 static void volpkg__ignore_textures(volpkg_package* p) {
     volpkg_texture* textures = (volpkg_texture*)p->textures.at;
     int32_t i, kept = 0;
-    for (i = 0; i < p->textures.count; ++i) {
-        volpkg_file* file = (volpkg_file*)volpkg_find_file(p, textures[i].path);
-        if (textures[i].role != VOLPKG_ROLE_OTHER)
-            textures[kept++] = textures[i];
-        else if (file != NULL)
-            ++file->uses;
-    }
+    for (i = 0; i < p->textures.count; ++i)
+        if (textures[i].role != VOLPKG_ROLE_OTHER) textures[kept++] = textures[i];
     p->textures.count = kept;
     if (kept == 0) p->textures.at = NULL;
 }
@@ -6559,13 +5436,11 @@ static volpkg_code volpkg__open(volpkg__reader* r, volpkg_package** made) {
     VOLPKG__TRY(volpkg__use_files(r, p));
     for (i = 0; i < p->textures.count; ++i)
         VOLPKG__TRY(volpkg__place_texels(r, p, (volpkg_texture*)&p->textures.at[i]));
-    VOLPKG__TRY(volpkg__channel_rules(r, p));
-    for (i = 0; i < p->programs.count; ++i) VOLPKG__TRY(volpkg__program_rules(r, p, &p->programs.at[i]));
+    for (i = 0; i < p->textures.count; ++i)
+        if (p->textures.at[i].mosaic != NULL) VOLPKG__TRY(volpkg__mosaic_rules(r, &p->textures.at[i]));
+    VOLPKG__TRY(volpkg__level_rules(r, p));
     VOLPKG__TRY(volpkg__part_rules(r, p));
-    VOLPKG__TRY(volpkg__together_rules(r, p));
-    VOLPKG__TRY(volpkg__segments_rules(r, p, room, volpkg__scratch(manifest)));
     VOLPKG__TRY(volpkg__picture_rules(r, p));
-    for (i = 0; i < p->channels.count; ++i) VOLPKG__TRY(volpkg__rules_of_channel(r, p, i));
     if (p->subvolumes) VOLPKG__TRY(volpkg__read_grid(r, p));
     *made = p;
     return VOLPKG_OK;
@@ -7659,7 +6534,9 @@ const volpkg_texture* volpkg_slice_texture(const volpkg_slice_drawing* drawing, 
 
 volpkg_code volpkg_slice_texels(const volpkg_slice_drawing* drawing, const volpkg_texture* texture,
                                 unsigned char* texels, size_t bytes) {
-    if (texture->slices == NULL || bytes != (size_t)texture->texel_bytes) return VOLPKG_BAD_ARGUMENT;
+    if (texture->slices == NULL || bytes != (size_t)texture->texel_bytes ||
+        (drawing->edited && texture->format != VOLPKG_TEXTURE_FORMAT_PALETTE8_RGBA8UNORM))
+        return VOLPKG_BAD_ARGUMENT;
     memcpy(texels, texture->texels, bytes);
     if (drawing->edited) memcpy(texels, drawing->palettes[texture->slices->axis], sizeof drawing->palettes[0]);
     return VOLPKG_OK;
@@ -7908,11 +6785,10 @@ int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count
     int of_cut = 0;
     for (unit = 0; unit < drawing->units; ++unit) {
         const volpkg_texture *t = &drawing->textures[unit], *chosen = NULL;
-        if (t->role != VOLPKG_ROLE_LIGHT) continue;
+        if (t->light == NULL) continue;
         for (i = 0; i < p->textures.count; ++i) {
             const volpkg_texture* each = &p->textures.at[i];
-            if (each->role != VOLPKG_ROLE_LIGHT || each->part != t->part || !volpkg__is(each->transfer, t->transfer))
-                continue;
+            if (each->light == NULL || each->part != t->part || !volpkg__is(each->transfer, t->transfer)) continue;
             if (each->light->planes.count == 0 ? chosen == NULL
                                                : volpkg__is_cut_as(p->grid, each->light, planes, count))
                 chosen = each;
@@ -8313,7 +7189,7 @@ static const volpkg_texture* volpkg__ranges_of(const volpkg_package* p, int32_t 
     int32_t i, k;
     for (i = 0; i < p->skipping->ranges.count; ++i) {
         const volpkg_ranges* ranges = &p->skipping->ranges.at[i];
-        if (ranges->level != skip->level || ranges->block != skip->block) continue;
+        if (ranges->level != skip->level || !volpkg__same_shape(ranges->blocks_zyx, skip->blocks_zyx)) continue;
         for (k = 0; k < p->textures.count; ++k) {
             const volpkg_texture* t = &p->textures.at[k];
             if (volpkg__is(t->name, ranges->texture) && volpkg__texture_concerns(p, c, t)) return t;

@@ -20,12 +20,15 @@ export function usesOf({ editing, subvolumes, proxy }) {
  * @param {import("./types.js").Manifest} manifest
  * @returns {string | undefined}
  */
-export function contradictionOf({ textures, skipping }) {
+export function contradictionOf({ textures, skipping, segments }) {
   const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) =>
     mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]),
   );
   if (torn) return `texture ${torn.name} has another shape than its mosaic`;
   const names = new Set(textures.map((each) => each.name));
   const missing = [...(skipping?.tables ?? []), ...(skipping?.ranges ?? [])].find(({ texture }) => !names.has(texture));
-  return missing && `empty-space skipping names the texture ${missing.texture}, which is not there`;
+  if (missing) return `empty-space skipping names the texture ${missing.texture}, which is not there`;
+  const segmentNames = new Set(segments?.segments.map((each) => each.name));
+  const label = segments?.labels.find((each) => each.segments.some((name) => !segmentNames.has(name)));
+  return label && `a label is of segments ${label.segments.join(", ")}, which are not there`;
 }

@@ -181,19 +181,9 @@ export async function decodeManifest(bytes, name) {
   const manifest = completed(record);
   if (manifest.textures.some(({ format }) => !has(INTERNAL, format))) await import("./blocks.js");
   for (const each of manifest.textures) each.gl = uploadOf(each.format, each.dimension, manifest.profile.api);
-  const contradiction =
-    contradictions(manifest, usesOf(manifest)).next().value ??
-    contradictionOf(manifest) ??
-    (await segmentContradiction(manifest));
+  const contradiction = contradictions(manifest, usesOf(manifest)).next().value ?? contradictionOf(manifest);
   if (contradiction) await refuse("VP4011", { problem: contradiction });
   return manifest;
-}
-
-/** The first contradiction of segments; few packages have them. @param {Manifest} manifest */
-async function segmentContradiction(manifest) {
-  const textures = manifest.textures.filter(({ role }) => ["labels", "looks", "label-sets"].includes(role));
-  if (!manifest.segments && !textures.length) return undefined;
-  return (await import("./segment_rules.js")).segmentContradictions(manifest, textures).next().value;
 }
 
 /** The same manifest without values that are null, and with lists and a name that are absent. @param {any} record @returns {Manifest} */
@@ -203,14 +193,6 @@ function completed(record) {
   if (manifest.segments) manifest.segments.name ??= "segments";
   for (const channel of manifest.channels) for (const list of ["levels", "transfer_functions"]) channel[list] ??= [];
   return manifest;
-}
-
-/**
- * Whether light in colour has a first colour, whose largest component is 1, and other light none.
- * @param {import("./types.js").StoredLight} light
- */
-function hasItsColour({ model, first_colour: first }) {
-  return Math.max(...(first ?? [0])) === +(model.channels === "rgb" && !model.turnable);
 }
 
 /** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
@@ -244,8 +226,6 @@ export function* contradictions(manifest, more) {
       yield `texture ${each.name} has no format of the profile`;
     if (each.dimension === "2d" && each.shape_zyx[0] !== 1)
       yield `texture ${each.name} is 2D, but has ${each.shape_zyx[0]} slices`;
-    if (each.light && !hasItsColour(each.light))
-      yield `texture ${each.name} has a first colour that its light cannot have`;
   }
   for (const { name, quantization, levels, transfer_functions } of channels) {
     if (!quantization || !levels.length || !transfer_functions.length)

@@ -29,7 +29,6 @@ from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
-from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.source import SourceSpec
@@ -427,36 +426,6 @@ class TestAgreement:
 
     def test_a_transfer_function_that_is_not_there_gives_the_package_itself(self, package) -> None:
         assert package_of_transfer(package, "green") is package
-
-    @pytest.mark.parametrize(
-        ("change", "says"),
-        [
-            (lambda m: {"channels": (m.channels[0], m.channels[0])}, "skin is named 2 times"),
-            (
-                lambda m: {"channels": _with(m, transfer_functions=())},
-                "picture white shows a transfer function that its channel does not have",
-            ),
-            (lambda m: {"channels": _with_function(m, "red")}, "transfer function red is named 2 times"),
-            (
-                lambda m: {"channels": _with_function(m, "pink")},
-                "no picture shows the transfer function pink",
-            ),
-            (lambda m: {"channels": _with(m, name="hair")}, "is of channels bone"),
-            (lambda m: {"channels": _with(m, source=_moved(m.channels[1].source))}, "has another grid"),
-            (
-                lambda m: {"textures": tuple(t.model_copy(update={"channels": ()}) for t in m.textures)},
-                "of channels none",
-            ),
-            (
-                lambda m: {"textures": tuple(t for t in m.textures if t.channels != ("bone",))},
-                "picture white at level 0",
-            ),
-        ],
-    )
-    def test_contradictions_are_found(self, package, change, says) -> None:
-        manifest = package.manifest
-        found = list(contradictions(manifest.model_copy(update=change(manifest))))
-        assert any(says in problem for problem in found), found
 
 
 def _with(manifest, **changes):

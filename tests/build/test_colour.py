@@ -23,7 +23,6 @@ from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
 from volprep.validation.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channels import channel_views
 from volprep_formats.package.reader import Package
 from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
@@ -333,17 +332,6 @@ def test_stacks_of_slices_have_no_colours(tmp_path: Path) -> None:
 def test_a_scene_in_colour_is_the_same_when_it_is_read_again(tmp_path: Path) -> None:
     scene = load_scene(write_colour_scene(tmp_path))
     assert Scene.model_validate_json(scene.model_dump_json()) == scene
-
-
-def test_rules_find_a_function_that_is_not_light(package: Package) -> None:
-    manifest = package.manifest
-    red = manifest.channels[0]
-    (function,) = red.transfer_functions
-    points = (function.points[0], function.points[1].model_copy(update={"colour": (0.0, 1.0, 0.0)}))
-    wrong = red.model_copy(update={"transfer_functions": (function.model_copy(update={"points": points}),)})
-    changed = manifest.model_copy(update={"channels": (wrong, *manifest.channels[1:])})
-    assert any("not light of red" in problem for problem in contradictions(changed))
-    assert set(channel_views(manifest)) == set(PARTS)
 
 
 def looked_at(path: Path) -> Scene:

@@ -13,7 +13,6 @@ from volprep.scene.request import load_edit
 from volprep.truth.camera import standard_views
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
-from volprep_formats.package.parts.slices.rules import slices_contradictions
 from volprep_formats.textures import paletted
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")
@@ -93,10 +92,3 @@ def test_validation_judges_edited_palettes(pair, tmp_path):
     assert "palettes of an edited ramp" in edited.item
     # Classified before the filter: as far off as the slices themselves.
     assert edited.rmse < 2 * max(view.seen.rmse for view in report.programs[0].views) + 0.01
-
-
-def test_palettes_are_what_editable_slices_must_have(pair):
-    package = pair[0]
-    textures = tuple(each.model_copy(update={"format": "rgba8unorm"}) for each in package.manifest.textures)
-    manifest = package.manifest.model_copy(update={"textures": textures})
-    assert any("has no palette" in problem for problem in slices_contradictions(manifest))

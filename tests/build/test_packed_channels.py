@@ -20,7 +20,6 @@ from volprep.validation.uncut import uncut
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
 from volprep_formats.readers.volpkg import open_level
 from volprep_formats.textures import ktx2
@@ -236,21 +235,3 @@ class TestWhen:
         scene = scene_of(tmp_path)
         scene.write_text(scene.read_text().replace("[lab.textures]", '[textures]\ncompression = "eac"\n[lab.textures]'))
         assert self.item(scene).reason == "compressed texels hold one channel"
-
-
-class TestAgreement:
-    @pytest.mark.parametrize(
-        ("changes", "says"),
-        [
-            ({"channels": ("skin", "skin")}, "is of channels skin, skin and transfer function None"),
-            ({"channels": ("skin", "bone", "hair")}, "is of channels skin, bone, hair"),
-            ({"channels": ("bone",)}, "picture red at level 0"),
-            ({"format": "r8unorm"}, "holds channels skin, bone in texels of r8unorm"),
-            ({"role": "normals"}, "cannot hold channels skin, bone together"),
-        ],
-    )
-    def test_contradictions_are_found(self, two, changes, says) -> None:
-        manifest = two.manifest
-        textures = tuple(t.model_copy(update=changes) if t.role == "volume" else t for t in manifest.textures)
-        found = list(contradictions(manifest.model_copy(update={"textures": textures})))
-        assert any(says in problem for problem in found), found

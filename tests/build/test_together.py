@@ -22,7 +22,6 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
-from volprep_formats.package.rules import contradictions
 from volprep_formats.progress import Silent
 
 TOGETHER = '\n[together]\nname = "body"\n'
@@ -271,25 +270,6 @@ class TestWhatIsLeftOut:
         scene.write_text(f'name = "a"\n[source]\npath = "a"\n[[transfer]]\nname = "b"\n{points}\n[together]\n')
         with pytest.raises(VolprepError, match="the source has one"):
             load_scene(scene)
-
-
-class TestAgreement:
-    @pytest.mark.parametrize(
-        ("change", "says"),
-        [
-            (lambda m: _together(m, name="red"), "red names a transfer function and a picture of several"),
-            (lambda m: _together(m, name="legs"), "no program draws the picture legs"),
-            (lambda m: _together(m, transfers=("red", "blue")), "which are not of one channel each"),
-            (lambda m: _together(m, transfers=("red", "green")), "which are not of one channel each"),
-            (lambda m: _together(m, transfers=("blue", "white")), "has other media than transfer functions"),
-            (lambda m: _program(m, samplers=m.programs[0].samplers[1:]), "textures for"),
-            (lambda m: _program(m, samplers=m.programs[0].samplers * 9), "the profile has 16 units"),
-        ],
-    )
-    def test_contradictions_are_found(self, packed, change, says) -> None:
-        manifest = packed.manifest
-        found = list(contradictions(manifest.model_copy(update=change(manifest))))
-        assert any(says in problem for problem in found), found
 
 
 def _together(manifest, **changes):

@@ -73,7 +73,6 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "pick.js",
             "ranges.js",
             "rarer.js",
-            "segment_rules.js",
             "segments.js",
             "settle.js",
             "sha256.js",

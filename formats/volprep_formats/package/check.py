@@ -8,12 +8,10 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.gate import disagreements, wrong_sizes
 from volprep_formats.package.manifest import VERSION, FileRecord
-from volprep_formats.package.parts.bricks.places import index_entries, misplaced
 from volprep_formats.package.parts.editing.record import decode_histogram
+from volprep_formats.package.parts.proxy.mesh_file import mesh_problems
 from volprep_formats.package.parts.proxy.record import ProxyMeshFile
-from volprep_formats.package.parts.proxy.rules import mesh_problems
-from volprep_formats.package.parts.segments.rules import label_bytes_of_pieces
-from volprep_formats.package.parts.subvolumes.record import decode_grid, label_bytes
+from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents, sizes_of
 from volprep_formats.package.storage.files import MANIFEST
@@ -137,10 +135,6 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
     level = package.manifest.grid
     if level is None or level.shape_zyx != grid.shape_zyx:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
-    if label_bytes(grid.texture_format) != label_bytes_of_pieces(package.manifest):
-        problem = f"{name} has {label_bytes(grid.texture_format)} bytes of labels in a texel of "
-        problem += f"{grid.texture_format}, and programs that read {label_bytes_of_pieces(package.manifest)}"
-        raise VolprepError("VP4011", path=package.path, problem=problem)
     for number, piece in enumerate(grid.subvolumes):
         record = next((each for each in package.manifest.files if each.path == piece.file), None)
         if record is not None:
@@ -152,28 +146,20 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
                 raise VolprepError("VP4011", path=package.path, problem=problem)
 
 
-def _check_texture(package: Package, mipmaps: list[Texture], record: FileRecord) -> None:
-    """Check a file that holds one texture, or the mipmaps of one."""
-    texture, path = mipmaps[0], package.path
-    if texture.format == PALETTED:
-        paletted.decode(package.read_bytes(record.path), texture.shape_zyx[1:], f"{path}: {texture.file}")
+def _check_texture(package: Package, textures: list[Texture], record: FileRecord) -> None:
+    """Check a file that holds one texture, or one for each of its mipmaps."""
+    path = package.path
+    if textures[0].format == PALETTED:
+        paletted.decode(package.read_bytes(record.path), textures[0].shape_zyx[1:], f"{path}: {record.path}")
         return
     head = _head(package, record)
-    found = (head.format, head.shape_zyx, f"{head.dimensions}d", len(head.levels_at))
-    expected = (texture.format, texture.shape_zyx, texture.dimension, len(mipmaps))
-    if found != expected:
-        problem = f"{texture.file} holds {found}, the manifest says {expected}"
+    mipmaps = [texture.mipmap or 0 for texture in textures]
+    if sorted(mipmaps) != list(range(len(head.levels_at))):
+        problem = f"{record.path} holds {len(head.levels_at)} mipmaps, its textures are mipmaps {mipmaps}"
         raise VolprepError("VP4011", path=path, problem=problem)
-    _check_places(package, texture)
-
-
-def _check_places(package: Package, texture: Texture) -> None:
-    held = [each for each in package.manifest.textures if each.bricks is not None]
-    pools = [each for each in held if (each.level, each.channels) == (texture.level, texture.channels)]
-    if texture.role != "bricks" or not pools or pools[0].bricks is None:
-        return
-    image = ktx2.decode(package.read_bytes(texture.file), f"{package.path}: {texture.file}")
-    entries = index_entries(image.data, texture.mosaic)
-    problem = misplaced(entries, pools[0].bricks)
-    if problem is not None:
-        raise VolprepError("VP4011", path=package.path, problem=f"{texture.file} {problem}")
+    for texture, mipmap in zip(textures, mipmaps, strict=True):
+        found = (head.format, ktx2.mipmap_shape(head.shape_zyx, mipmap), f"{head.dimensions}d")
+        expected = (texture.format, texture.shape_zyx, texture.dimension)
+        if found != expected:
+            problem = f"{record.path} holds {found}, the manifest says {expected}"
+            raise VolprepError("VP4011", path=path, problem=problem)

@@ -28,6 +28,9 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     held = [each for each in package.manifest.textures if each.role == role and each.level == level]
     textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
     mosaic = textures[0].mosaic
+    if [texture.part for texture in textures] != list(range(1 if mosaic is None else mosaic.textures)):
+        problem = f"the {role} of level {level} is in {len(textures)} textures, which are not each part of it once"
+        raise VolprepError("VP4011", path=package.path, problem=problem)
     files = [ktx2.decode(package.read_bytes(texture.file), texture.file) for texture in textures]
     bricks = textures[0].bricks
     if textures[0].mipmap is None:

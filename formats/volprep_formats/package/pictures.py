@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.costs.count import cost_of_textures
 from volprep_formats.package.parts.fidelity.record import LevelFidelity
-from volprep_formats.package.parts.mipmaps.rules import texture_from_box
+from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.picture import (
     AtMesh,
     Drawing,

@@ -21,10 +21,6 @@ class FormatPart:
     name: str
     """Name of its room, `volprep_formats/package/parts/NAME`."""
     rules: Callable[[Manifest], Iterator[str]] = _no_rules
-    """Return every contradiction in its manifest records, one sentence each, for the view of one channel."""
-    package_rules: Callable[[Manifest], Iterator[str]] = _no_rules
-    """The same for the whole manifest."""
+    """Return every contradiction in its manifest records, one sentence each."""
     files: Callable[[Manifest], dict[str, FileRole]] = _no_files
     """Return the role of each file that it uses, apart from textures."""
-    texture_roles: frozenset[str] = frozenset()
-    """Roles of textures whose shape and format `rules` check."""

@@ -1,18 +1,9 @@
-"""Every part that readers know. A new part adds one line here; the rules of a manifest loop over it."""
+"""Parts with files or rules of their own, over which the rules of a manifest loop."""
 
 from volprep_formats.package.manifest import FileRole, Manifest
-from volprep_formats.package.parts.bricks.rules import bricks_contradictions
-from volprep_formats.package.parts.editing.rules import editing_contradictions
-from volprep_formats.package.parts.hybrid.rules import hybrid_contradictions
-from volprep_formats.package.parts.light.rules import light_contradictions
-from volprep_formats.package.parts.mipmaps.rules import mipmap_contradictions
-from volprep_formats.package.parts.normals.rules import normals_contradictions
 from volprep_formats.package.parts.part import FormatPart
-from volprep_formats.package.parts.proxy.rules import proxy_contradictions
 from volprep_formats.package.parts.segments.rules import segments_contradictions
-from volprep_formats.package.parts.skip.rules import shared_skip_contradictions, skip_contradictions
-from volprep_formats.package.parts.slices.rules import slices_contradictions
-from volprep_formats.package.parts.together.rules import together_contradictions
+from volprep_formats.package.parts.skip.rules import skip_contradictions
 
 
 def _histograms(manifest: Manifest) -> dict[str, FileRole]:
@@ -42,25 +33,10 @@ def _pieces(manifest: Manifest) -> dict[str, FileRole]:
 
 
 PARTS: tuple[FormatPart, ...] = (
-    FormatPart("together", package_rules=together_contradictions),
-    FormatPart(
-        "segments",
-        package_rules=segments_contradictions,
-        texture_roles=frozenset(("labels", "looks", "label-sets")),
-    ),
-    FormatPart("hybrid", package_rules=hybrid_contradictions, files=_overlays),
-    FormatPart("mipmaps", rules=mipmap_contradictions),
-    FormatPart("bricks", rules=bricks_contradictions, texture_roles=frozenset(("bricks",))),
-    FormatPart(
-        "skip",
-        rules=skip_contradictions,
-        package_rules=shared_skip_contradictions,
-        texture_roles=frozenset(("skip", "ranges")),
-    ),
-    FormatPart("normals", rules=normals_contradictions, texture_roles=frozenset(("normals",))),
-    FormatPart("light", rules=light_contradictions, texture_roles=frozenset(("light",))),
-    FormatPart("proxy", rules=proxy_contradictions, files=_meshes),
-    FormatPart("slices", rules=slices_contradictions, texture_roles=frozenset(("slices",))),
-    FormatPart("editing", rules=editing_contradictions, files=_histograms),
+    FormatPart("segments", rules=segments_contradictions),
+    FormatPart("skip", rules=skip_contradictions),
+    FormatPart("hybrid", files=_overlays),
+    FormatPart("proxy", files=_meshes),
+    FormatPart("editing", files=_histograms),
     FormatPart("subvolumes", files=_pieces),
 )
