@@ -45,7 +45,7 @@ _COMMENTS = {
     "plan": "the decisions and their reasons, for people; here one item of a dozen",
     "points": "control points of the transfer function",
     "profile": "check it against your context before you upload anything",
-    "programs": "one or more for each transfer function",
+    "programs": "shaders, which drawings name",
     "quantization": "physical = slope * code + intercept",
     "render": "how to draw",
     "samplers": "sampler n is texture unit n, and reads texture n of the drawing",

@@ -29,6 +29,10 @@ _KINDS = {
 """Descriptions of texture roles, other than the values or colours of a level."""
 
 
+_SIGNS = {"labels": "|"}
+"""Sign between media by how they mix: a voxel shows one of them, or their sum."""
+
+
 class PrintedTable(NamedTuple):
     """Rows under headings; a table without rows is not printed."""
 
@@ -50,6 +54,7 @@ def tables_of(manifest: "Manifest", right_up_to: Mapping[int, int | None]) -> It
     yield _transfer_functions(manifest)
     if manifest.segments is not None:
         yield _segments(manifest.segments)
+    yield _pictures(manifest)
     yield _programs(manifest)
     yield _plan(manifest)
     rows = [(each.path, each.role, bytes_text(each.size_bytes), each.sha256[:16]) for each in manifest.files]
@@ -125,20 +130,33 @@ def _segments(segments: "Segments") -> PrintedTable:
     return PrintedTable("SEGMENTS", ("segment", "title", "number", "volume ml", "transfer", "opacity"), rows)
 
 
+def _pictures(manifest: "Manifest") -> PrintedTable:
+    rows: Rows = [
+        (
+            picture.name,
+            f" {_SIGNS.get(picture.mixing, '+')} ".join(medium.transfer for medium in picture.media),
+            str(drawing.level),
+            drawing.program or "slices",
+            " ".join(drawing.textures),
+            "" if drawing.step_mm is None else f"{drawing.step_mm:.4g} mm",
+        )
+        for picture, drawing in manifest.drawings
+    ]
+    return PrintedTable("PICTURES", ("picture", "shows", "level", "program", "textures", "step"), rows)
+
+
 def _programs(manifest: "Manifest") -> PrintedTable:
     rows: Rows = [
         (
             program.name,
             program.sampling,
-            " ".join(map(str, program.levels)),
-            program.transfer,
             " ".join(f"{uniform.name}={uniform.source}" for uniform in program.uniforms),
             " ".join(program.samplers),
             "any" if program.step_mm_min is None else f"{program.step_mm_min:.4g} mm",
         )
         for program in manifest.programs
     ]
-    headings = ("program", "sampling", "levels", "transfer", "uniforms", "samplers", "finest step")
+    headings = ("program", "sampling", "uniforms", "samplers", "finest step")
     return PrintedTable("PROGRAMS", headings, rows)
 
 
@@ -168,7 +186,9 @@ def _general(manifest: "Manifest") -> Rows:
     if manifest.render is not None:
         render = manifest.render
         allowed, previews = render.tolerance, render.tolerance.of_previews
-        rows.append(("drawing", ", ".join((render.projection, *_sampling(manifest)))))
+        cutoff = manifest.opacity_cutoff
+        stop = "" if cutoff is None else f", rays stop at opacity {cutoff:g}"
+        rows.append(("drawing", f"{render.projection}{stop}"))
         rows += [
             ("tolerance", f"{_limits(allowed)}, largest error {allowed.maximum:g}"),
             ("of previews", _limits(previews)),
@@ -176,17 +196,6 @@ def _general(manifest: "Manifest") -> Rows:
     if manifest.state == "draft":
         rows.append(("stages done", ", ".join(stage.name for stage in manifest.stages) or "none"))
     return rows
-
-
-def _sampling(manifest: "Manifest") -> Iterator[str]:
-    """Say how far apart samples of the default picture are, at its finest level and where they differ."""
-    if manifest.step_mm is not None:
-        yield f"step {manifest.step_mm:.4g} mm"
-    for each in manifest.pictures[0].drawings[1:] if manifest.pictures else ():
-        if each.step_mm is not None and each.step_mm != manifest.step_mm:
-            yield f"{each.step_mm:.4g} mm at level {each.level}"
-    if manifest.opacity_cutoff is not None:
-        yield f"rays stop at opacity {manifest.opacity_cutoff:g}"
 
 
 def _limits(tolerance: "Tolerance") -> str:

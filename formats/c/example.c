@@ -109,9 +109,9 @@ static void use(const scene* s, GLuint program, const volpkg_uniform_record* uni
     for (i = 0; i < count; ++i) {
         GLint location = glGetUniformLocation(program, uniforms[i].name);
         volpkg_frame_uniform(&s->frame, &uniforms[i], draw, value);
-        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_MAT4) glUniformMatrix4fv(location, 1, GL_FALSE, value);
-        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_VEC3) glUniform3fv(location, 1, value);
-        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_FLOAT) glUniform1f(location, value[0]);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_MAT4X4F) glUniformMatrix4fv(location, 1, GL_FALSE, value);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_VEC3F) glUniform3fv(location, 1, value);
+        if (uniforms[i].type == VOLPKG_UNIFORM_TYPE_F32) glUniform1f(location, value[0]);
     }
     for (i = 0; i < p->samplers.count; ++i) glUniform1i(glGetUniformLocation(program, p->samplers.at[i]), i);
     for (i = 0; i < s->passes && program == s->program; ++i) {
@@ -198,8 +198,7 @@ static void draw(const volpkg_package* package, volpkg_drawing* drawing, int poi
     const volpkg_program* p;
     if (volpkg_view(package, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
     /* Rays that begin and end at a mesh are faster; the picture is the same. */
-    if (point < 0 &&
-        !volpkg_choose_mesh(package, drawing->program->transfer, drawing->level->index, &from_mesh, &error) &&
+    if (point < 0 && !volpkg_choose_mesh(package, drawing->picture, drawing->level->index, &from_mesh, &error) &&
         !volpkg_planes_cut(&from_mesh, box_from_clip))
         *drawing = from_mesh;
     p = drawing->program;

@@ -220,7 +220,7 @@ typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG
     VOLPKG_UNIFORM_SOURCE_FIRST_SAMPLE, VOLPKG_UNIFORM_SOURCE_LIGHT_MM, VOLPKG_UNIFORM_SOURCE_BOX_FROM_LIGHT,
     VOLPKG_UNIFORM_SOURCE_LIGHT_FROM_BOX, VOLPKG_UNIFORM_SOURCE_PICTURE_WIDTH, VOLPKG_UNIFORM_SOURCE_PICTURE_HEIGHT,
     VOLPKG_UNIFORM_SOURCE_ENVIRONMENT } volpkg_uniform_source;
-typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_FLOAT, VOLPKG_UNIFORM_TYPE_VEC3, VOLPKG_UNIFORM_TYPE_MAT4 }
+typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_F32, VOLPKG_UNIFORM_TYPE_VEC3F, VOLPKG_UNIFORM_TYPE_MAT4X4F }
     volpkg_uniform_type;
 typedef enum volpkg_value_source { VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, VOLPKG_VALUE_SOURCE_MIPMAP,
     VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX } volpkg_value_source;
@@ -486,7 +486,7 @@ typedef struct volpkg_cost {
 typedef struct volpkg_uniform_value {
     /* Source that uniforms of this value name. */
     volpkg_value_source source;
-    /* One number for a float, three for a vec3, 16 for a mat4, column by column. */
+    /* One number for f32, three for vec3f, 16 for mat4x4f, column by column. */
     VOLPKG_LIST(double) numbers;
 } volpkg_uniform_value;
 
@@ -677,7 +677,7 @@ typedef struct volpkg_light_model {
 typedef struct volpkg_uniform_record {
     /* Name in the shader. */
     const char* name;
-    /* GLSL type. */
+    /* Type: a number, three, or a matrix of 16, column by column. */
     volpkg_uniform_type type;
     /* Source of its value; The specification lists the value of each source. */
     volpkg_uniform_source source;
@@ -1050,13 +1050,40 @@ typedef struct volpkg_proxy {
     VOLPKG_LIST(volpkg_mesh) meshes;
 } volpkg_proxy;
 
-/* One picture of several channels: extinctions add, and each channel emits light as its extinction does. */
-typedef struct volpkg_together {
-    /* Name of the picture, which programs name in place of a transfer function. */
+/* One of the media of a picture: a channel, seen through a transfer function. */
+typedef struct volpkg_medium {
+    /* Name of the channel. */
+    const char* channel;
+    /* Name of the transfer function. */
+    const char* transfer;
+} volpkg_medium;
+
+/* A picture of the sub-volumes around a point of their grid. */
+typedef struct volpkg_pieces {
+    /* Name of the program. */
+    const char* program;
+    /* Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
+       sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z. */
+    VOLPKG_LIST(char* const) textures;
+    /* Nominal distance of the samples along a ray. */
+    double step_mm;
+} volpkg_pieces;
+
+/* A choice of the user: media, and how they are drawn. */
+typedef struct volpkg_picture {
+    /* Name, unique in the package. */
     const char* name;
-    /* Names of the transfer functions that are drawn together. Each belongs to another channel. */
-    VOLPKG_LIST(char* const) transfers;
-} volpkg_together;
+    /* Media that it shows, each with another transfer function. */
+    VOLPKG_LIST(volpkg_medium) media;
+    /* How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
+       does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
+       blue light, and extinction. */
+    volpkg_mixing mixing;
+    /* One for each level that can be drawn, finest first; in a draft none before its programs are made. */
+    VOLPKG_LIST(volpkg_drawing_record) drawings;
+    /* Level 0 drawn from its sub-volumes, if the package has them. NULL if absent. */
+    const volpkg_pieces* pieces;
+} volpkg_picture;
 
 /* A coded name. */
 typedef struct volpkg_segment_code {
@@ -1223,10 +1250,6 @@ typedef struct volpkg_program {
     volpkg_text vertex;
     /* Fragment shader. */
     volpkg_text fragment;
-    /* Levels that the program can draw. */
-    VOLPKG_LIST(int32_t) levels;
-    /* Name of the transfer function that it draws, or of the picture of several channels. */
-    const char* transfer;
     /* Every active uniform that is not a sampler. */
     VOLPKG_LIST(volpkg_uniform_record) uniforms;
     /* Names of all active samplers, in the order of texture units. */
@@ -1254,41 +1277,6 @@ typedef struct volpkg_program {
     double opacity_cutoff;
 } volpkg_program;
 
-/* One of the media of a picture: a channel, seen through a transfer function. */
-typedef struct volpkg_medium {
-    /* Name of the channel. */
-    const char* channel;
-    /* Name of the transfer function. */
-    const char* transfer;
-} volpkg_medium;
-
-/* A picture of the sub-volumes around a point of their grid. */
-typedef struct volpkg_pieces {
-    /* Name of the program. */
-    const char* program;
-    /* Names of textures: one for each sampler of the program, in their order. `subvolume-0` to `subvolume-7` are the
-       sub-volumes around the point: plus 1 for the upper one along x, plus 2 along y, plus 4 along z. */
-    VOLPKG_LIST(char* const) textures;
-    /* Nominal distance of the samples along a ray. */
-    double step_mm;
-} volpkg_pieces;
-
-/* A choice of the user: media, and how they are drawn. */
-typedef struct volpkg_picture {
-    /* Name, unique in the package. */
-    const char* name;
-    /* Media that it shows, each with another transfer function. */
-    VOLPKG_LIST(volpkg_medium) media;
-    /* How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
-       does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
-       blue light, and extinction. */
-    volpkg_mixing mixing;
-    /* One for each level that can be drawn, finest first. */
-    VOLPKG_LIST(volpkg_drawing_record) drawings;
-    /* Level 0 drawn from its sub-volumes, if the package has them. NULL if absent. */
-    const volpkg_pieces* pieces;
-} volpkg_picture;
-
 /* The manifest of a package. */
 typedef struct volpkg_package {
     /* Textures, sorted by name. */
@@ -1313,10 +1301,9 @@ typedef struct volpkg_package {
     volpkg_profile profile;
     /* Voxels of level 0, whether or not the package holds it: the source without its empty border. NULL if absent. */
     const volpkg_grid* grid;
-    /* Channels that are drawn into one picture, which is then the default picture. NULL if absent. */
-    const volpkg_together* together;
-    /* Segments of the scan, which are drawn with it into one picture; it is then the default picture. NULL if absent.
-       */
+    /* Pictures that a user can choose, the default one first. */
+    VOLPKG_LIST(volpkg_picture) pictures;
+    /* Segments of the scan, for the picture that has their name. NULL if absent. */
     const volpkg_segments* segments;
     /* Compressed forms that were considered for the finest level, and the loss of each. */
     VOLPKG_LIST(volpkg_compressed_form) compression;
@@ -1337,8 +1324,6 @@ typedef struct volpkg_package {
     VOLPKG_LIST(volpkg_channel) channels;
     /* Shader programs, which drawings name. */
     VOLPKG_LIST(volpkg_program) programs;
-    /* Pictures that a user can choose, the default one first. */
-    VOLPKG_LIST(volpkg_picture) pictures;
     /* Stages that have run; drafts only. */
     VOLPKG_LIST(int32_t) stages;
     /* Every file but the manifest, in order of path. */
@@ -1530,9 +1515,9 @@ const volpkg_texture* volpkg_mipmap(const volpkg_package* package, const volpkg_
 double volpkg_step_mm(const volpkg_drawing* drawing);
 
 /*
- * The value of a uniform: 1 number for VOLPKG_UNIFORM_TYPE_FLOAT, 3 for VOLPKG_UNIFORM_TYPE_VEC3, 16 column by column
- * for VOLPKG_UNIFORM_TYPE_MAT4. Returns the count of numbers. Returns 0 if the matrix has no inverse, and for a uniform
- * that depends on the frame or the draw (spec/README.md): volpkg_frame_uniform gives these.
+ * The value of a uniform: 1 number for VOLPKG_UNIFORM_TYPE_F32, 3 for VOLPKG_UNIFORM_TYPE_VEC3F, 16 column by column
+ * for VOLPKG_UNIFORM_TYPE_MAT4X4F. Returns the count of numbers. Returns 0 if the matrix has no inverse, and for a
+ * uniform that depends on the frame or the draw (spec/README.md): volpkg_frame_uniform gives these.
  */
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]);
@@ -3236,8 +3221,8 @@ VOLPKG__WORDS(volpkg__geometry_word, VOLPKG__NAMED, 0, volpkg__geometry_words)
 static const volpkg__named volpkg__target_words[] = {{"rgba8", VOLPKG_TARGET_RGBA8}, {"rgba16f", VOLPKG_TARGET_RGBA16F},
     {"rgba32f", VOLPKG_TARGET_RGBA32F}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__target_word, VOLPKG__NAMED, 0, volpkg__target_words)
-static const volpkg__named volpkg__uniform_type_words[] = {{"float", VOLPKG_UNIFORM_TYPE_FLOAT},
-    {"vec3", VOLPKG_UNIFORM_TYPE_VEC3}, {"mat4", VOLPKG_UNIFORM_TYPE_MAT4}, {NULL, 0}};
+static const volpkg__named volpkg__uniform_type_words[] = {{"f32", VOLPKG_UNIFORM_TYPE_F32},
+    {"vec3f", VOLPKG_UNIFORM_TYPE_VEC3F}, {"mat4x4f", VOLPKG_UNIFORM_TYPE_MAT4X4F}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__uniform_type_word, VOLPKG__NAMED, 0, volpkg__uniform_type_words)
 static const volpkg__named volpkg__uniform_source_words[] = {{"box_from_clip", VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP},
     {"step_mm", VOLPKG_UNIFORM_SOURCE_STEP_MM}, {"texture_from_box", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX},
@@ -3454,13 +3439,32 @@ static const volpkg__field volpkg__proxy_fields[] = {
 VOLPKG__RECORDS(volpkg__proxy_record, volpkg_proxy, volpkg__proxy_fields)
 VOLPKG__MAYBE(volpkg__proxy_record_pointer, volpkg__proxy_record)
 VOLPKG__MAYBE(volpkg__grid_record_pointer, volpkg__grid_record)
-VOLPKG__MANY(volpkg__string_list_2_to_32, volpkg__string, 2, 32.0)
-static const volpkg__field volpkg__together_fields[] = {
-    {"name", &volpkg__string, offsetof(volpkg_together, name), VOLPKG__NEEDED, 0, NULL},
-    {"transfers", &volpkg__string_list_2_to_32, offsetof(volpkg_together, transfers), VOLPKG__NEEDED, 0, NULL},
+static const volpkg__field volpkg__picture_medium_fields[] = {
+    {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
+    {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
-VOLPKG__RECORDS(volpkg__together_record, volpkg_together, volpkg__together_fields)
-VOLPKG__MAYBE(volpkg__together_record_pointer, volpkg__together_record)
+VOLPKG__RECORDS(volpkg__picture_medium_record, volpkg_medium, volpkg__picture_medium_fields)
+VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_record, 1, 64.0)
+static const volpkg__named volpkg__mixing_words[] = {{"one", VOLPKG_MIXING_ONE}, {"sum", VOLPKG_MIXING_SUM},
+    {"labels", VOLPKG_MIXING_LABELS}, {"colour", VOLPKG_MIXING_COLOUR}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__mixing_word, VOLPKG__NAMED, 0, volpkg__mixing_words)
+VOLPKG__MANY(volpkg__drawing_record_list_to_64, volpkg__drawing_record, 0, 64.0)
+static const volpkg__field volpkg__pieces_fields[] = {
+    {"program", &volpkg__string, offsetof(volpkg_pieces, program), VOLPKG__NEEDED, 0, NULL},
+    {"textures", &volpkg__string_list, offsetof(volpkg_pieces, textures), VOLPKG__NEEDED, 0, NULL},
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_pieces, step_mm), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
+VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
+static const volpkg__field volpkg__picture_fields[] = {
+    {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
+    {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
+    {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
+    {"drawings", &volpkg__drawing_record_list_to_64, offsetof(volpkg_picture, drawings), 0, 0, NULL},
+    {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__picture_record, volpkg_picture, volpkg__picture_fields)
+VOLPKG__MANY(volpkg__picture_record_list_to_256, volpkg__picture_record, 0, 256.0)
 VOLPKG__MANY(volpkg__string_list_from_1, volpkg__string, 1, 2147483647.0)
 static const volpkg__named volpkg__segment_border_words[] = {{"mixed", VOLPKG_SEGMENT_BORDER_MIXED},
     {"crisp", VOLPKG_SEGMENT_BORDER_CRISP}, {NULL, 0}};
@@ -3577,7 +3581,6 @@ static const volpkg__named volpkg__compositing_words[] =
 VOLPKG__WORDS(volpkg__compositing_word, VOLPKG__NAMED, 0, volpkg__compositing_words)
 static const volpkg__named volpkg__rays_words[] = {{"box", VOLPKG_RAYS_BOX}, {"mesh", VOLPKG_RAYS_MESH}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__rays_word, VOLPKG__NAMED, 0, volpkg__rays_words)
-VOLPKG__MANY(volpkg__int_list_to_64, volpkg__int, 0, 64.0)
 static const volpkg__field volpkg__pass_fields[] = {
     {"vertex", &volpkg__path, offsetof(volpkg_pass, vertex.path), VOLPKG__NEEDED, 0, NULL},
     {"fragment", &volpkg__path, offsetof(volpkg_pass, fragment.path), VOLPKG__NEEDED, 0, NULL},
@@ -3619,8 +3622,6 @@ static const volpkg__field volpkg__program_fields[] = {
     {"rays", &volpkg__rays_word, offsetof(volpkg_program, rays), 0, VOLPKG_RAYS_BOX, NULL},
     {"vertex", &volpkg__path, offsetof(volpkg_program, vertex.path), VOLPKG__NEEDED, 0, NULL},
     {"fragment", &volpkg__path, offsetof(volpkg_program, fragment.path), VOLPKG__NEEDED, 0, NULL},
-    {"levels", &volpkg__int_list_to_64, offsetof(volpkg_program, levels), VOLPKG__NEEDED, 0, NULL},
-    {"transfer", &volpkg__string, offsetof(volpkg_program, transfer), VOLPKG__NEEDED, 0, NULL},
     {"uniforms", &volpkg__uniform_record_list_to_64, offsetof(volpkg_program, uniforms), VOLPKG__NEEDED, 0, NULL},
     {"samplers", &volpkg__string_list_to_64, offsetof(volpkg_program, samplers), VOLPKG__NEEDED, 0, NULL},
     {"geometry", &volpkg__geometry_word, offsetof(volpkg_program, geometry), 0, VOLPKG_GEOMETRY_TRIANGLE, NULL},
@@ -3635,32 +3636,6 @@ static const volpkg__field volpkg__program_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
 VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
-static const volpkg__field volpkg__picture_medium_fields[] = {
-    {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
-    {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__picture_medium_record, volpkg_medium, volpkg__picture_medium_fields)
-VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_record, 1, 64.0)
-static const volpkg__named volpkg__mixing_words[] = {{"one", VOLPKG_MIXING_ONE}, {"sum", VOLPKG_MIXING_SUM},
-    {"labels", VOLPKG_MIXING_LABELS}, {"colour", VOLPKG_MIXING_COLOUR}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__mixing_word, VOLPKG__NAMED, 0, volpkg__mixing_words)
-VOLPKG__MANY(volpkg__drawing_record_list_1_to_64, volpkg__drawing_record, 1, 64.0)
-static const volpkg__field volpkg__pieces_fields[] = {
-    {"program", &volpkg__string, offsetof(volpkg_pieces, program), VOLPKG__NEEDED, 0, NULL},
-    {"textures", &volpkg__string_list, offsetof(volpkg_pieces, textures), VOLPKG__NEEDED, 0, NULL},
-    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_pieces, step_mm), VOLPKG__NEEDED, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
-VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
-static const volpkg__field volpkg__picture_fields[] = {
-    {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
-    {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
-    {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
-    {"drawings", &volpkg__drawing_record_list_1_to_64, offsetof(volpkg_picture, drawings), VOLPKG__NEEDED, 0, NULL},
-    {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
-    VOLPKG__END};
-VOLPKG__RECORDS(volpkg__picture_record, volpkg_picture, volpkg__picture_fields)
-VOLPKG__MANY(volpkg__picture_record_list_to_256, volpkg__picture_record, 0, 256.0)
 VOLPKG__MANY(volpkg__file_record_record_list, volpkg__file_record_record, 0, 2147483647.0)
 static const volpkg__field volpkg__manifest_fields[] = {
     {"textures", &volpkg__texture_record_list_to_4096, offsetof(volpkg_package, textures), 0, 0, NULL},
@@ -3675,7 +3650,7 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"generator", &volpkg__string, offsetof(volpkg_package, generator), VOLPKG__NEEDED, 0, NULL},
     {"profile", &volpkg__device_profile_record, offsetof(volpkg_package, profile), VOLPKG__NEEDED, 0, NULL},
     {"grid", &volpkg__grid_record_pointer, offsetof(volpkg_package, grid), VOLPKG__NULLABLE, 0, NULL},
-    {"together", &volpkg__together_record_pointer, offsetof(volpkg_package, together), VOLPKG__NULLABLE, 0, NULL},
+    {"pictures", &volpkg__picture_record_list_to_256, offsetof(volpkg_package, pictures), 0, 0, NULL},
     {"segments", &volpkg__segments_record_pointer, offsetof(volpkg_package, segments), VOLPKG__NULLABLE, 0, NULL},
     {"compression", &volpkg__compressed_form_record_list, offsetof(volpkg_package, compression), 0, 0, NULL},
     {"render", &volpkg__render_settings_record_pointer, offsetof(volpkg_package, render), VOLPKG__NULLABLE, 0, NULL},
@@ -3687,7 +3662,6 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"state", &volpkg__state_word, offsetof(volpkg_package, state), VOLPKG__NEEDED, 0, NULL},
     {"channels", &volpkg__channel_record_list_to_32, offsetof(volpkg_package, channels), 0, 0, NULL},
     {"programs", &volpkg__program_record_list_to_256, offsetof(volpkg_package, programs), 0, 0, NULL},
-    {"pictures", &volpkg__picture_record_list_to_256, offsetof(volpkg_package, pictures), 0, 0, NULL},
     {"stages", &volpkg__any_list, offsetof(volpkg_package, stages), 0, 0, NULL},
     {"files", &volpkg__file_record_record_list, offsetof(volpkg_package, files), 0, 0, NULL},
     VOLPKG__END};
@@ -4998,6 +4972,8 @@ static volpkg_code volpkg__complete_rules(volpkg__reader* r, const volpkg_packag
     VOLPKG__RULE(p->channels.count > 0, "", "it is sealed without a channel");
     VOLPKG__RULE(p->grid != NULL && p->render != NULL && p->textures.count > 0 && p->pictures.count > 0, "",
                  "it is sealed without grid, render, textures or pictures");
+    for (i = 0; i < p->pictures.count; ++i)
+        VOLPKG__RULE(p->pictures.at[i].drawings.count > 0, p->pictures.at[i].name, "it has no drawing");
     for (i = 0; i < p->channels.count; ++i) {
         const volpkg_channel* channel = &p->channels.at[i];
         VOLPKG__RULE(channel->stored_type != VOLPKG_STORED_TYPE_NONE && channel->quantization != NULL &&
@@ -6030,9 +6006,9 @@ static void volpkg__copy_value(const volpkg_drawing* drawing, volpkg_value_sourc
 int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_record* uniform,
                        const double box_from_clip[16], double step_mm, float value[16]) {
     double found[16];
-    int32_t i, count = uniform->type == VOLPKG_UNIFORM_TYPE_FLOAT  ? 1
-                       : uniform->type == VOLPKG_UNIFORM_TYPE_VEC3 ? 3
-                                                                   : 16;
+    int32_t i, count = uniform->type == VOLPKG_UNIFORM_TYPE_F32     ? 1
+                       : uniform->type == VOLPKG_UNIFORM_TYPE_VEC3F ? 3
+                                                                    : 16;
     for (i = 0; i < 16; ++i) found[i] = 0;
     switch (uniform->source) {
         case VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP:

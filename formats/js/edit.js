@@ -43,7 +43,10 @@ export function checkEdit(pack, { points, reference_mm }, name) {
   if (problem) throw new VolpkgError("VP7020", { problem });
   const length = before.reference_mm ?? 1;
   // A shader that knows no path has the length of the function that it was made for: opacities along it stay.
-  const fixed = pack.manifest.programs.some((each) => each.transfer === name && FIXED.includes(each.compositing ?? ""));
+  const { pictures, programs } = pack.manifest;
+  const shown = pictures.filter(({ media }) => media.some(({ transfer }) => transfer === name));
+  const drawn = shown.flatMap(({ drawings }) => drawings.map(({ program }) => program));
+  const fixed = programs.some((each) => drawn.includes(each.name) && FIXED.includes(each.compositing ?? ""));
   const ratio = fixed ? (reference_mm ?? length) / length : 1;
   return {
     name,

@@ -113,7 +113,7 @@ export function checkUniforms(gl, linked, program, textures, added) {
  * @param {string[]} samplers with their types @param {string[]} added
  */
 export function checkNamed(gl, linked, program, uniforms, samplers, added) {
-  const kinds = { float: gl.FLOAT, vec3: gl.FLOAT_VEC3, mat4: gl.FLOAT_MAT4 };
+  const kinds = { f32: gl.FLOAT, vec3f: gl.FLOAT_VEC3, mat4x4f: gl.FLOAT_MAT4 };
   const named = [...uniforms.map(({ name, type }) => `${name} ${kinds[type]}`), ...samplers].sort();
   const found = active(gl, linked.handle)
     .filter(({ name }) => !added.includes(name))

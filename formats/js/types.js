@@ -16,7 +16,7 @@
  * @typedef {{channels?: "luminance" | "rgb", turnable?: boolean, sky?: Three, ground?: Three, suns?: {direction: Three, colour?: Three}[], radius_mm?: number}} LightModel
  * @typedef {{normal: Three, constant_mm: number}} ClipPlane
  * @typedef {{model: LightModel, largest: number, subtracted?: number, first_colour?: Three, planes?: ClipPlane[]}} StoredLight
- * @typedef {{name: string, type: "float" | "vec3" | "mat4", source: string}} Uniform
+ * @typedef {{name: string, type: "f32" | "vec3f" | "mat4x4f", source: string}} Uniform
  * @typedef {"triangle" | "front-faces" | "back-faces" | "mesh" | "axis-slices" | "view-slices" | "half-angle-slices"} Geometry
  * @typedef {"ZERO" | "ONE" | "ONE_MINUS_SRC_ALPHA" | "ONE_MINUS_DST_ALPHA"} BlendFactor
  * @typedef {{order: "front-to-back" | "back-to-front", colour: [BlendFactor, BlendFactor], alpha: [BlendFactor, BlendFactor]}} Blend
@@ -32,8 +32,6 @@
  * @property {string} [rays]
  * @property {string} vertex
  * @property {string} fragment
- * @property {number[]} levels
- * @property {string} transfer
  * @property {Uniform[]} uniforms
  * @property {string[]} samplers
  * @property {number} [step_mm_min]
@@ -60,7 +58,6 @@
  * @property {string} name
  * @property {Profile} profile
  * @property {Grid} grid
- * @property {{name: string, transfers: string[]}} [together]
  * @property {Segments} [segments]
  * @property {{projection?: "orthographic" | "perspective"}} render
  * @property {Channel[]} channels

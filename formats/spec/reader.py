@@ -80,7 +80,7 @@ def draw(gl, folder, clip_from_world, size, picture=None, level=None):
     for uniform in program["uniforms"]:
         location = gl.getUniformLocation(handle, uniform["name"])
         value = np.array(values[uniform["source"]], np.float32).T.ravel()  # matrices column by column
-        kind = {"float": "1fv", "vec3": "3fv", "mat4": "Matrix4fv"}[uniform["type"]]
+        kind = {"f32": "1fv", "vec3f": "3fv", "mat4x4f": "Matrix4fv"}[uniform["type"]]
         getattr(gl, f"uniform{kind}")(location, *[False] * (kind == "Matrix4fv"), value)
     for unit, (sampler, (target, texture)) in enumerate(zip(program["samplers"], uploaded)):
         gl.activeTexture(gl.TEXTURE0 + unit)

@@ -69,7 +69,9 @@ def _measured(folder: Path, profile: str, channels: int) -> list[ChannelRow]:
     apart = _package(folder, profile, channels, "apart", together=profile == "gles3")
     rows = []
     for transfer, picture in (("together", "all together"), ("transfer-0", "one alone")):
-        drawn = [each for each in (packed, apart) if transfer != "together" or each.manifest.together is not None]
+        drawn = [
+            each for each in (packed, apart) if transfer != "together" or each.manifest.picture(transfer) is not None
+        ]
         best = _best_ms(drawn, transfer)
         rows.append(ChannelRow(profile, channels, picture, best[0], best[1] if len(best) > 1 else None))
     return rows

@@ -25,7 +25,7 @@ def camera(package, view):
 
 
 def test_the_loop_gives_the_mean_of_the_table_along_a_ray(package):
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     with Renderer(bare(package, program), target="rgba32f") as renderer:
         seen = renderer.render(camera(package, "anterior"), (33, 33))
     lit = seen[seen[..., 3] > 0.49]
@@ -34,10 +34,10 @@ def test_the_loop_gives_the_mean_of_the_table_along_a_ray(package):
 
 
 def test_a_package_that_takes_all_samples_takes_those_that_it_skips_and_those_behind_its_early_end(package):
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     whole = taking_all(package, program)
     box_from_clip = camera(package, "superior")
     taken, looked = samples_per_pixel(package, program, 0, box_from_clip, (33, 33))
-    every, none = samples_per_pixel(whole, whole.manifest.programs[0], 0, box_from_clip, (33, 33))
+    every, none = samples_per_pixel(whole, whole.manifest.level_programs[0], 0, box_from_clip, (33, 33))
     assert looked.max() > 0 == none.max()
     assert taken.max() < every.max() == pytest.approx(8 / 0.5)

@@ -57,7 +57,7 @@ def test_a_package_of_bricks_is_sound_and_draws_what_textures_do(tmp_path, profi
     grid = bricks.manifest.grid
     box_from_clip = view_of(grid, "left", "perspective")
     assert len(layouts(bricks)) == len(bricks.manifest.levels)
-    for program in bricks.manifest.programs:
+    for program in bricks.manifest.level_programs:
         (level,) = program.levels
         with (
             Renderer(whole, level=level, transfer=program.transfer) as one,

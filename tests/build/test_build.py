@@ -127,7 +127,7 @@ class TestWhatItMakes:
         manifest = Package.open(built_package).manifest
         assert [function.name for function in manifest.transfer_functions] == ["shell", "core"]
         levels = [level.index for level in manifest.levels]
-        drawn = [(program.transfer, level) for program in manifest.programs for level in program.levels]
+        drawn = [(program.transfer, level) for program in manifest.level_programs for level in program.levels]
         assert drawn == [(name, level) for name in ("shell", "core") for level in levels]
         assert {texture.transfer for texture in manifest.textures if texture.role == "transfer"} == {"shell", "core"}
 

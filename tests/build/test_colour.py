@@ -200,7 +200,7 @@ def test_levels_are_means_of_premultiplied_linear_light(package: Package) -> Non
 
 def test_a_program_draws_all_four_channels_and_none_alone(package: Package) -> None:
     manifest = package.manifest
-    assert {program.transfer for program in manifest.programs} == {"colour"}
+    assert {program.transfer for program in manifest.level_programs} == {"colour"}
     assert {program.classification for program in manifest.programs} == {"colour"}
     assert {texture.channels for texture in manifest.textures} == {PARTS}
     assert list(contradictions(manifest)) == []

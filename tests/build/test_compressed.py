@@ -172,7 +172,7 @@ def test_tables_of_the_codes_before_compression_would_hide_what_is_decoded(packa
 def test_skipping_changes_no_picture_of_what_is_decoded(packages: dict[str, Package], wish: str) -> None:
     package = packages[wish]
     grid = package.manifest.grid
-    for program in package.manifest.programs:
+    for program in package.manifest.level_programs:
         plain = unskipped(package, program)
         for view in ("anterior-left", "superior"):
             camera = view_of(grid, view)

@@ -85,7 +85,7 @@ def package(request, tmp_path_factory):
 
 @pytest.mark.long(keep=1)
 def test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel(package) -> None:
-    (program, *_) = package.manifest.programs
+    (program, *_) = package.manifest.level_programs
     volume = level_volume(package, package.manifest.levels[0].index)
     medium = Medium(volume, package.manifest.transfer_functions[0])
     plain = unskipped(package, program)
@@ -113,7 +113,7 @@ def test_the_light_of_a_package_is_that_of_its_scan(tmp_path) -> None:
 def test_a_shader_that_takes_gradients_needs_no_normals(tmp_path) -> None:
     package = package_of(tmp_path, "headlight", '[lighting]\nnormals = "central"\n')
     assert not any(texture.role == "normals" for texture in package.manifest.textures)
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     assert program.normals_from == "central"
     item = next(item for item in package.manifest.plan if item.name == "normals")
     assert not item.kept
@@ -122,7 +122,7 @@ def test_a_shader_that_takes_gradients_needs_no_normals(tmp_path) -> None:
 
 def test_light_is_taken_only_where_something_is_seen(tmp_path) -> None:
     package = package_of(tmp_path, "phong", PHONG.format("central"))
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     before, behind = text.split("vec3 normal = normal_at(")
     assert "if (medium.a > 0.0) {" in before[before.rindex("classify(") :]
     assert "u_light_mm - place" in behind

@@ -73,7 +73,7 @@ def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
     package = Package.open(built(tmp_path, ""))
     assert {texture.role for texture in package.manifest.textures} == {"volume", "transfer", "skip"}
     assert not item(package, "normals").kept
-    assert "normal_at" not in package.read_text(package.manifest.programs[0].fragment)
+    assert "normal_at" not in package.read_text(package.manifest.level_programs[0].fragment)
 
 
 @pytest.mark.long

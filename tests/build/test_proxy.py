@@ -63,7 +63,7 @@ def test_the_package_is_sound_and_each_file_belongs_to_one_item(package):
 def test_every_level_is_drawn_as_without_with_fewer_samples(package):
     grid = package.manifest.grid
     camera = view_of(grid, "anterior-left")
-    for program in (each for each in package.manifest.programs if each.rays == "mesh"):
+    for program in (each for each in package.manifest.level_programs if each.rays == "mesh"):
         for level in program.levels:
             both, taken = [], []
             for kind in (Renderer, ProxyRenderer):

@@ -86,7 +86,7 @@ def drawn(package, matrix, step_mm=None):
 def truth_of(package, matrix):
     volume = level_volume(package, 0)
     medium = Medium(volume, package.manifest.transfer_functions[0])
-    oracle = COMPOSITINGS[package.manifest.programs[0].compositing].oracle
+    oracle = COMPOSITINGS[package.manifest.level_programs[0].compositing].oracle
     return oracle([medium], matrix, HW)
 
 
@@ -233,7 +233,7 @@ def test_a_package_with_shadows_is_validated(tmp_path, shadows, render):
 
 def test_without_shadows_no_shader_asks_for_them(tmp_path):
     package = built(tmp_path, ABOVE + '\nnormals = "central"\n')
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     assert "light_reaching" not in text
     assert "reaching" not in text
 

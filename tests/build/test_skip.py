@@ -71,7 +71,7 @@ def test_the_package_is_sound_and_each_file_belongs_to_one_item(packages):
 def test_pictures_are_the_same_with_fewer_samples(packages):
     plain, skipping = packages
     grid = plain.manifest.grid
-    for program in (each for each in skipping.manifest.programs if each.transfer == "core"):
+    for program in (each for each in skipping.manifest.level_programs if each.transfer == "core"):
         level = program.levels[0]
         camera = view_of(grid, "anterior-left")
         pictures, taken = [], []
@@ -86,7 +86,7 @@ def test_pictures_are_the_same_with_fewer_samples(packages):
 
 def test_the_shader_without_early_termination_is_still_the_packages_own(packages):
     for package in packages:
-        for program in package.manifest.programs:
+        for program in package.manifest.level_programs:
             assert uncut(package, program) is not None
 
 
@@ -122,7 +122,7 @@ def test_verbs_in_another_order_end_in_the_same_package(tmp_path):
     run_verb(folder, "shaders", lambda scene: scene, Silent())
     sealed = run_verb(folder, "seal", lambda scene: scene, Silent())
     assert sealed.manifest.skipping is not None
-    core = next(program for program in sealed.manifest.programs if program.transfer == "core")
+    core = next(program for program in sealed.manifest.level_programs if program.transfer == "core")
     assert core.samplers[-1] == "u_skip"
     assert check(folder) == []
 

@@ -133,7 +133,7 @@ def test_a_volume_that_needs_all_eight_units_is_drawn_by_control_points_as_well_
         volumes = [texture for texture in package.manifest.textures if texture.role == "volume"]
         assert [texture.shape_zyx for texture in volumes] == [(1, 64, 64)] * 8
         assert {texture.level for texture in volumes} == {0}
-        assert len(package.manifest.programs[0].samplers) == units
+        assert len(package.manifest.level_programs[0].samplers) == units
         grid = package.manifest.grid
         function = package.manifest.transfer_functions[0]
         view = view_of(grid, "anterior-left")

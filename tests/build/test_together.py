@@ -63,13 +63,17 @@ def packed(tmp_path_factory) -> Package:
 
 
 def of_picture(package):
-    return [program for program in package.manifest.programs if program.transfer == "body"]
+    return [program for program in package.manifest.level_programs if program.transfer == "body"]
+
+
+def transfers_of(package):
+    picture = next(each for each in package.manifest.pictures if each.mixing == "sum")
+    return tuple(medium.transfer for medium in picture.media)
 
 
 class TestWhatItHolds:
     def test_the_manifest_names_the_picture_and_programs_that_draw_it(self, package) -> None:
-        assert package.manifest.together.name == "body"
-        assert package.manifest.together.transfers == ("red", "white")
+        assert transfers_of(package) == ("red", "white")
         levels = sorted(level for program in of_picture(package) for level in program.levels)
         assert levels == [level.index for level in package.manifest.levels]
         assert check(package.path) == []
@@ -89,8 +93,7 @@ class TestWhatItHolds:
 
     def test_no_channel_alone_knows_of_it(self, package) -> None:
         for view in channel_views(package.manifest).values():
-            assert view.together is None
-            assert all(program.transfer != "body" for program in view.programs)
+            assert all(program.transfer != "body" for program in view.level_programs)
 
     def test_each_file_is_of_one_item_of_the_plan(self, package) -> None:
         planned = sorted(path for item in package.manifest.plan for path in item.files)
@@ -138,7 +141,7 @@ class TestWhatItDraws:
         )
         scene.write_text(head + functions + TOGETHER)
         package = built(scene)
-        assert package.manifest.together.transfers == ("a", "b")
+        assert transfers_of(package) == ("a", "b")
         assert picture(package)[..., 3].max() > 0.9
         np.testing.assert_allclose(picture(package), picture(package, "whole"), atol=FLOAT32)
 
@@ -159,7 +162,7 @@ class TestWhatItDraws:
 
     def test_the_order_of_the_channels_changes_nothing(self, tmp_path, packed) -> None:
         other = built(scene_of(tmp_path, extra='transfers = ["white", "red"]\n'))
-        assert other.manifest.together.transfers == ("white", "red")
+        assert transfers_of(other) == ("white", "red")
         np.testing.assert_allclose(picture(packed), picture(other), atol=FLOAT32)
 
     @pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
@@ -207,7 +210,7 @@ class TestWhatIsLeftOut:
         air += 'extinction_per_mm = 0.0 }, { value = 900.0, colour = "#00ff00", extinction_per_mm = 0.4 }]\n'
         scene = changed(scene_of(tmp_path), *self.DARK, ("\n[together]", f"{air}\n[together]"))
         package = built(scene)
-        assert package.manifest.together.transfers == ("red", "air")
+        assert transfers_of(package) == ("red", "air")
         (item,) = [item for item in package.manifest.plan if item.name == "body: channel bone"]
         assert not item.kept
         assert item.reason == "white shows none of its values, 0 to 1000"
@@ -216,7 +219,7 @@ class TestWhatIsLeftOut:
 
     def test_of_one_channel_that_shows_something_there_is_no_picture_of_several(self, tmp_path) -> None:
         package = built(changed(scene_of(tmp_path), *self.DARK))
-        assert package.manifest.together is None
+        assert package.manifest.picture("body") is None
         (item,) = [item for item in package.manifest.plan if item.name == "body"]
         assert (item.kept, item.reason) == (False, "fewer than two channels show something: red")
         np.testing.assert_array_equal(picture(package), picture(package, "red"))
@@ -270,12 +273,3 @@ class TestWhatIsLeftOut:
         scene.write_text(f'name = "a"\n[source]\npath = "a"\n[[transfer]]\nname = "b"\n{points}\n[together]\n')
         with pytest.raises(VolprepError, match="the source has one"):
             load_scene(scene)
-
-
-def _together(manifest, **changes):
-    return {"together": manifest.together.model_copy(update=changes)}
-
-
-def _program(manifest, **changes):
-    first, *others = manifest.programs
-    return {"programs": (first.model_copy(update=changes), *others)}

@@ -122,7 +122,7 @@ static void print_drawing(const volpkg_drawing* drawing, int32_t level) {
     volpkg_frame frame;
     if (volpkg_begin_frame(drawing, camera, volpkg_step_mm(drawing), 20, 10, &frame, NULL)) exit(1);
     printf("{\"program\":\"%s\",\"transfer\":", drawing->program->name);
-    print_text(drawing->program->transfer);
+    print_text(drawing->picture);
     printf(",\"level\":%d,\"bytes\":%lld,\"textures\":[", (int)level, (long long)volpkg_texture_bytes(drawing));
     for (i = 0; i < drawing->units; ++i) {
         const volpkg_texture* t = &drawing->textures[i];

@@ -91,7 +91,7 @@ static void use_edit(const volpkg_drawing* drawing) {
     void* room = get(bytes);
     volpkg_edit edit = {NULL, points, 3, 0};
     int32_t unit;
-    edit.transfer = drawing->program->transfer;
+    edit.transfer = drawing->picture;
     if (bytes < (1 << 22) && !volpkg_edit_drawing(&edited, &edit, 1, room, bytes, NULL))
         for (unit = 0; unit < edited.units; ++unit)
             if (edited.textures[unit].role == VOLPKG_ROLE_TRANSFER || edited.textures[unit].role == VOLPKG_ROLE_SKIP)
@@ -170,12 +170,12 @@ static void use_package(const volpkg_package* package, volpkg_error* error) {
         volpkg_table_entry(t, 0, colour, &extinction);
         volpkg_table_entry(t, t->shape_zyx[2] - 1, colour, &extinction);
     }
-    for (i = 0; i < package->programs.count; ++i)
-        for (k = -1; k < package->programs.at[i].levels.count; ++k) {
-            int32_t level = k < 0 ? -1 : package->programs.at[i].levels.at[k];
-            const char* transfer = package->programs.at[i].transfer;
-            if (!volpkg_choose(package, transfer, level, &drawing, error)) use_drawing(&drawing);
-            if (!volpkg_choose_mesh(package, transfer, level, &drawing, error)) use_drawing(&drawing);
+    for (i = 0; i < package->pictures.count; ++i)
+        for (k = -1; k < package->pictures.at[i].drawings.count; ++k) {
+            int32_t level = k < 0 ? -1 : package->pictures.at[i].drawings.at[k].level;
+            const char* picture = package->pictures.at[i].name;
+            if (!volpkg_choose(package, picture, level, &drawing, error)) use_drawing(&drawing);
+            if (!volpkg_choose_mesh(package, picture, level, &drawing, error)) use_drawing(&drawing);
         }
     use_slices(package, package->channels.at->transfer_functions.at->name, error);
     touched += (unsigned)volpkg_choose_level(package, NULL, &limits);

@@ -37,7 +37,7 @@ def cut(program: Path, package: Path, low: float, high: float, monkeypatch: pyte
     )
     assert count == 1
     opened = Package.open(package)
-    fragment, read = opened.manifest.programs[0].fragment, opened.read_text
+    fragment, read = opened.manifest.level_programs[0].fragment, opened.read_text
     monkeypatch.setattr(opened, "read_text", lambda path: text if path == fragment else read(path))
     monkeypatch.setattr("volprep.render.renderer.package_of_transfer", lambda package, _transfer: package)
     return opened

@@ -29,7 +29,7 @@ def test_what_a_device_claims_and_does_not_do(browser, server, scene_package, la
     name, kind, broken, code = LACKS[lack]
     package = scene_package(name)
     matrices = box_from_clip_of(package)[6:7]
-    picture = package.manifest.programs[-1].transfer
+    picture = package.manifest.level_programs[-1].transfer
     how = {"kind": kind, "options": {"level": 0, "program": picture}, "broken": broken}
     if code is not None:
         with pytest.raises(PageError) as caught:
@@ -63,7 +63,7 @@ def test_without_each_thing_that_a_package_needs_there_is_a_right_picture_or_a_c
 ) -> None:
     package = scene_package(name)
     kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     matrices = box_from_clip_of(package)[6:7]
     how: dict[str, Any] = {"kind": kind, "options": {"level": program.levels[0], "program": program.transfer}}
     (wanted,) = drawn_by_reference(package, matrices, level=program.levels[0], transfer=program.transfer)

@@ -14,7 +14,7 @@ SCENES = [
 def test_views_are_those_of_the_reference_renderer(firefox, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)[::3]
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     options = {"program": program.transfer, "level": min(program.levels)}
     kind = "webgl2" if package.manifest.profile.api == "es3.0" else "webgl"
     found = drawn_in_page(firefox, server, package.path, matrices, kind=kind, options=options)

@@ -97,7 +97,7 @@ def test_manifests_that_lie_end_in_a_code_or_a_picture(browser, server, scene_pa
     browser.open(f"{server.url}/")
     matrix = box_from_clip_of(package)[6].T.ravel().tolist()
     script = 'return (await import("/support/mutants.mjs")).mutants(...given)'
-    given = (f"/package/{package.path.name}", matrix, 60, kind, package.manifest.programs[0].transfer)
+    given = (f"/package/{package.path.name}", matrix, 60, kind, package.manifest.level_programs[0].transfer)
     said = browser.run(script, *given, 5000 * busy(), timeout=280)
     assert said["wrong"] == []
     assert said["found"]["VP4004"] > 5
@@ -169,7 +169,9 @@ def test_a_zip_is_drawn_by_ranges_that_hold_only_what_is_drawn(browser, package,
     folders = {"js": HERE.parents[1] / "formats" / "js"}
     with WebServer(folders) as ranged:
         assert opened(browser, ranged, zipped, draw) == 3
-        program = next(each for each in package.manifest.programs if (each.transfer, each.levels) == ("core", (3,)))
+        program = next(
+            each for each in package.manifest.level_programs if (each.transfer, each.levels) == ("core", (3,))
+        )
         sizes = {each.path: each.size_bytes for each in package.manifest.files}
         drawn = {each.file for each in package.manifest.textures if each.level == 3 and each.transfer != "shell"}
         needed = sum(sizes[path] for path in {*drawn, program.vertex, program.fragment})

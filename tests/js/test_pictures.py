@@ -24,7 +24,9 @@ def kind_of(package: Package) -> str:
 
 
 def levels_of(package: Package, transfer: str) -> list[int]:
-    return sorted({level for each in package.manifest.programs if each.transfer == transfer for level in each.levels})
+    return sorted(
+        {level for each in package.manifest.level_programs if each.transfer == transfer for level in each.levels}
+    )
 
 
 @pytest.mark.long(keep=1)
@@ -32,7 +34,7 @@ def levels_of(package: Package, transfer: str) -> list[int]:
 def test_all_nine_views_are_those_of_the_reference_renderer(browser, server, scene_package, name) -> None:
     package = scene_package(name)
     matrices = box_from_clip_of(package)
-    transfers = list(dict.fromkeys(each.transfer for each in package.manifest.programs))
+    transfers = list(dict.fromkeys(each.transfer for each in package.manifest.level_programs))
     # The finest level of the default picture, and the coarsest one of the last.
     for transfer, level in ((transfers[0], levels_of(package, transfers[0])[0]), (transfers[-1], -1)):
         index = levels_of(package, transfer)[level]
@@ -264,7 +266,7 @@ _SHADOWS = ["half-angle slices", "half-angle slices, light at another place"]
 def test_a_light_that_is_moved_lights_as_if_the_package_had_it_there(browser, server, scene_package, names) -> None:
     package, other = map(scene_package, names)
     matrices = box_from_clip_of(package)[:3]
-    place = list(other.manifest.programs[0].light.place_mm_xyz)
+    place = list(other.manifest.level_programs[0].light.place_mm_xyz)
     found = drawn_in_page(browser, server, package.path, matrices, light=place)
     wanted = drawn_by_reference(other, matrices)
     assert max(map(rmse, found.pictures, wanted)) < TWO_STEPS

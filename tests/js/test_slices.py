@@ -100,7 +100,7 @@ def test_a_window_moves_the_points_of_a_function_and_is_an_event(page, scene_pac
     assert found["back"] == found["before"]
     assert found["codes"] == ["VP7020", "VP7020"]
     assert found["events"] == found["calls"] == 2
-    assert found["same"] == len({each.transfer for each in scene_package("editable").manifest.programs})
+    assert found["same"] == len({each.transfer for each in scene_package("editable").manifest.level_programs})
 
 
 def test_letters_scale_and_grey_values_are_those_of_radiologists() -> None:

@@ -47,7 +47,7 @@ def test_what_the_package_draws_is_darker_than_without_the_light(bowl) -> None:
     camera = view_of(grid, "superior")
     with Renderer(package) as renderer:
         picture = renderer.render(camera, (32, 32))
-    assert "baked_light" in package.read_bytes(package.manifest.programs[0].fragment).decode()
+    assert "baked_light" in package.read_bytes(package.manifest.level_programs[0].fragment).decode()
     seen = picture[..., 3] > 0.5
     assert 0.1 < picture[seen, :3].mean() < 0.6 * np.mean([0.745, 0.631, 0.527]) + 0.1
 

@@ -12,6 +12,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.picture import Picture, PictureMedium
 from volprep_formats.package.program import ComposedProgram, Program, RaySampling, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import MosaicLayout, Texture
@@ -44,6 +45,7 @@ def heading(*, mosaic: bool = False) -> Heading:
         name="shells",
         generator="volprep 0.1.0",
         profile=profile(mosaic=mosaic),
+        pictures=(Picture(name="bone", media=(PictureMedium(channel="scan", transfer="bone"),)),),
     )
 
 
@@ -101,16 +103,16 @@ def _program(*, mosaic: bool) -> ComposedProgram:
         sampling="mosaic" if mosaic else "texture3d",
         vertex="shaders/screen.vert",
         fragment="shaders/raycast.frag",
-        levels=(0,) if mosaic else (0, 1),
-        transfer="bone",
         uniforms=(
-            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
-            Uniform(name="u_step_mm", type="float", source="step_mm"),
+            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
+            Uniform(name="u_step_mm", type="f32", source="step_mm"),
         ),
         samplers=("u_volume", "u_transfer"),
     )
     inputs = (Sampler(name="u_volume", role="volume"), Sampler(name="u_transfer", role="transfer"))
-    return ComposedProgram(program=program, inputs=inputs, rays=RaySampling(step_mm=0.15))
+    levels = (0,) if mosaic else (0, 1)
+    rays = RaySampling(step_mm=0.15)
+    return ComposedProgram(program=program, picture="bone", levels=levels, inputs=inputs, rays=rays)
 
 
 def run_import(draft: Draft, seed: int = 0) -> None:

@@ -179,6 +179,7 @@ CONTRADICTIONS: dict[str, Change] = {
     "the shape of level 1 does not follow": set_to("channels", 0, "levels", 1, "grid", "shape_zyx", 0, to=2),
     "channel scan has an empty window": set_to("channels", 0, "quantization", "window", to=[1.0, 1.0]),
     "picture bone is named 2 times": twice("pictures"),
+    "picture bone has no drawing": set_to("pictures", 0, "drawings", to=[]),
     "picture bone shows bone, which is no transfer function of other": set_to(
         "pictures", 0, "media", 0, "channel", to="other"
     ),

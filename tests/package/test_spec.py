@@ -62,7 +62,7 @@ def test_the_example_manifest_without_its_comments_is_a_manifest() -> None:
     )
     example = manifest.Manifest.model_validate_json(re.sub(r"(^|  )//.*$", "", text, flags=re.MULTILINE))
     assert example.state == "sealed"
-    assert [program.transfer for program in example.programs] == ["ball"]
+    assert [program.transfer for program in example.level_programs] == ["ball"]
     assert len(re.findall(r"//", text)) > 20
 
 

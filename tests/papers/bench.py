@@ -127,7 +127,9 @@ class Bench:
         """Return what a package of a volume should show, with few pixels."""
         manifest = package.manifest
         function, light = manifest.transfer_functions[0], light_of_scan(manifest)
-        compositing = COMPOSITINGS[manifest.programs[0].compositing if manifest.programs else "emission-absorption"]
+        compositing = COMPOSITINGS[
+            manifest.level_programs[0].compositing if manifest.programs else "emission-absorption"
+        ]
         key = _digest(f"{volume.name} {function} {light} {compositing.name} {view}")
         path = self._folder / f"truth-{key}.npy"
         if key not in self._truths and path.exists():

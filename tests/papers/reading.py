@@ -150,7 +150,7 @@ def about_refinement(table: PaperTable) -> str:
 
 def _unrefined(package: Package) -> Package:
     """Return the package whose surface lies at the first sample behind it, as without the search."""
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     text, count = _BISECTION.subn(
         r"\1  if (ISOVALUE >= 0.0) {\n    return back;\n  }\n", package.read_text(program.fragment)
     )

@@ -121,7 +121,7 @@ def _table3(bench: Bench, volume: Volume, pixels: int, techniques: tuple[Techniq
 
 def _calculated(package: Package) -> Package:
     """Return the package whose shader computes a sphere instead of reading voxels."""
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     text = package.read_text(program.fragment)
     assert _VOLUME_FETCH in text
     # The texture stays in the sum, so that no uniform of the program becomes idle; it is read once for a pixel.

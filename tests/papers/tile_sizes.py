@@ -123,7 +123,7 @@ def _changes(sized: list[Sized], size: int) -> list[float]:
 
 
 def _of_size(package: Package, size: int) -> Package:
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     assert program.tiles is not None
     tiles = program.tiles.model_copy(update={"size": size})
     text = package.read_text(tiles.cost)

@@ -58,7 +58,7 @@ def test_a_filter_finds_its_neighbours_in_the_brick_of_its_position(tmp_path, of
     """A reach of 2: what linear samples a voxel away read, as differences and cubic filters do."""
     codes = np.random.default_rng(3).integers(0, 256, (13, 11, 7), dtype=np.uint8)
     package = tiny_package(tmp_path / "p", codes, NOISE, bricks=BrickSettings(size=3, reach=2), spacing_mm_zyx=SPACING)
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     shift = f"vec3({', '.join(f'{float(step)}' for step in offset)})"
     moved = text[: text.index("void main()")].replace("PITCH + inside +", f"PITCH + inside + {shift} +")
     assert shift in moved

@@ -43,7 +43,7 @@ def sorts(program, path):
 
 
 def test_a_shader_with_an_error_is_named_with_its_log(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     drawn = [path for path in program.shaders if not sorts(program, path)]
     assert len(drawn) >= 2
     for path in drawn:

@@ -147,7 +147,7 @@ def test_stopped_rays_and_levels_go_with_every_classification(tmp_path):
         package = tiny_package(tmp_path / name, [CODES, coarse], STEEP, grid=GRID, cutoff=0.9, classification=name)
         picture = drawn(package, "left", SHAPE_HW, level=1, target="rgba32f")
         assert 0.9 <= picture[..., 3].max() <= 1.0
-        assert "0.1 * pow(" in package.read_text(package.manifest.programs[0].fragment)
+        assert "0.1 * pow(" in package.read_text(package.manifest.level_programs[0].fragment)
 
 
 @pytest.mark.parametrize("entries", [2, 60, 256])
@@ -233,7 +233,7 @@ def test_a_shader_holds_what_it_classifies_with_and_nothing_else(tmp_path):
     texts = {}
     for name in ("lookup", "preintegrated", "palette"):
         package = tiny_package(tmp_path / name, CODES, STEEP, grid=GRID, classification=name, entries=60)
-        texts[name] = package.read_text(package.manifest.programs[0].fragment)
+        texts[name] = package.read_text(package.manifest.level_programs[0].fragment)
     assert [bool(re.search("PALETTE", text)) for text in texts.values()] == [False, False, True]
     assert ["End front" in text for text in texts.values()] == [False, True, False]
     assert [len(re.findall("uniform highp sampler", text)) for text in texts.values()] == [2, 2, 1]
@@ -268,7 +268,7 @@ def test_on_an_engine_half_a_voxel_does_what_takes_an_eighth_of_one_with_a_looku
 )
 def test_every_word_of_a_shader_is_used_and_every_uniform_active(tmp_path, name, profile):
     package = tiny_package(tmp_path / "p", CODES, STEEP, profile, grid=GRID, classification=name, entries=16)
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     assert text.isascii()
     assert not re.search(r"\$|//#|//:", text)
     assert all(len(line) <= 120 for line in text.splitlines())
@@ -331,7 +331,7 @@ def test_eight_textures_hold_512_slices_on_a_device_with_eight_units(tmp_path):
     settings = {"packing": Packing(4), "room": room, "spacing_mm_zyx": (0.05, 1.0, 1.0)}
     package = tiny_package(tmp_path / "p", codes, BENT, profile, classification="control-points", **settings)
     assert profile.texture_units == 8
-    assert len(package.manifest.programs[0].samplers) == 8
+    assert len(package.manifest.level_programs[0].samplers) == 8
     truth = tiny_package(tmp_path / "3d", codes, BENT, spacing_mm_zyx=(0.05, 1.0, 1.0), classification="control-points")
     grid = package.manifest.grid
     camera = view_of(grid, "anterior-left")

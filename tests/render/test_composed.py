@@ -24,7 +24,7 @@ from volprep.shading.program import compose_program
 from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import Channel, FileRecord, SubvolumeFiles
 from volprep_formats.package.parts.subvolumes.record import Subvolume, SubvolumeGrid, ViewThresholds, encode_grid
-from volprep_formats.package.parts.together.record import Together
+from volprep_formats.package.picture import Picture, PictureMedium
 from volprep_formats.package.program import Light, ProgramDesign
 from volprep_formats.package.reader import Package
 
@@ -86,7 +86,7 @@ def package(request, tmp_path_factory):
 
 def designs(package):
     """Every program that the textures and tables of a package allow."""
-    (program, *_) = package.manifest.programs
+    (program, *_) = package.manifest.level_programs
     base = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     meshes = ("box",) if package.manifest.proxy is None else ("box", "mesh")
     lights = LIGHTS[:2] if program.classification == "preclassified" else LIGHTS
@@ -148,7 +148,7 @@ def with_pieces(package):
 
 def compose_all(package):
     package = with_pieces(package)
-    rays = package.manifest.rays(package.manifest.programs[0])
+    rays = package.manifest.rays(package.manifest.level_programs[0])
     for design, skips, ends_early in product(designs(package), (True, False), (True, False)):
         if ends_early and not COMPOSITINGS[design.compositing].ends_early:
             continue
@@ -177,10 +177,11 @@ def with_two_channels(package, *, packed):
         )
         for name, transfer in (("a", "red"), ("b", "blue"))
     ]
+    media = tuple(PictureMedium(channel=name, transfer=transfer) for name, transfer in (("a", "red"), ("b", "blue")))
     changes = {
         "textures": (*volumes, *tables),
         "channels": tuple(channels),
-        "together": Together(name="both", transfers=("red", "blue")),
+        "pictures": (Picture(name="both", media=media, mixing="sum"),),
         "skipping": None,
     }
     return Package(package.path, manifest.model_copy(update=changes))
@@ -262,7 +263,7 @@ def test_the_validator_of_khronos_takes_every_shader(composed, numbers, tmp_path
 def test_channels_that_are_drawn_together_have_shaders_of_that_kind(tmp_path, profile, packed):
     plain = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, profile, cutoff=0.99)
     package = with_two_channels(plain, packed=packed)
-    (program,) = plain.manifest.programs
+    (program,) = plain.manifest.level_programs
     design = program.model_copy(update={"transfer": "both"})
     shaders = compose_program(package, design, plain.manifest.rays(program))
     assert not list(wrong_lines(shaders.fragment)), shaders.fragment
@@ -279,10 +280,10 @@ def test_what_may_be_left_out_leaves_nothing_behind(tmp_path):
     codes = np.random.default_rng(1).integers(0, 256, (9, 8, 7)).astype(np.uint8)
     plain = tiny_package(tmp_path / "plain", codes, GREY)
     rich = tiny_package(tmp_path / "rich", codes, GREY, skip=DISTANCE, cutoff=0.9)
-    (program,) = rich.manifest.programs
+    (program,) = rich.manifest.level_programs
     left = compose_program(rich, program, rich.manifest.rays(program), ends_early=False, skips=False)
     assert left.fragment == plain.read_text(program.fragment)
     assert (left.uniforms, tuple(each.name for each in left.samplers)) == (
-        plain.manifest.programs[0].uniforms,
-        plain.manifest.programs[0].samplers,
+        plain.manifest.level_programs[0].uniforms,
+        plain.manifest.level_programs[0].samplers,
     )

@@ -140,7 +140,7 @@ def test_the_published_fetch_fails_on_a_grid_of_16_by_12_where_ours_holds(tmp_pa
     layout = package.manifest.textures[-1].mosaic
     assert layout is not None
     assert (layout.tiles_x, layout.tiles_y) == (16, 12)
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     # Through the middle of the tiles, so that what is wrong in the plane does not count.
     plane = (np.array([1.5, 2.5, 0.0]), np.array([0.0, 0.0, 192.0]), np.array([1e-3, 0.0, 0.0]))
     with Fetch(package, text[: text.index("vec4 tile_texel")] + PRINTED) as fetch:

@@ -101,7 +101,7 @@ def test_normals_as_data_only_are_in_no_shader(tmp_path):
     data = tiny_package(tmp_path / "data", codes, fog, normals=NormalSettings())
     plain = tiny_package(tmp_path / "plain", codes, fog)
     for package in (data, plain):
-        (program,) = package.manifest.programs
+        (program,) = package.manifest.level_programs
         assert program.lighting == "none"
         assert set(program.samplers) == {"u_volume", "u_transfer"}
         assert "normal_at" not in package.read_text(program.fragment)

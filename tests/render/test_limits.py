@@ -109,14 +109,14 @@ def test_textures_beyond_the_memory_are_refused_with_both_numbers(package):
 
 
 def test_a_shader_of_es_3_is_refused_on_es_2_even_if_the_driver_takes_it(es2):
-    fragment = es2.manifest.programs[0].fragment
+    fragment = es2.manifest.level_programs[0].fragment
     error = refusal(Changed(es2, files={fragment: b"#version 300 es\nvoid main() {}\n"}))
     assert error.code == "VP5015"
     assert fragment in str(error)
 
 
 def test_a_shader_that_does_not_compile_is_an_error_with_the_file_and_the_log(package):
-    fragment = package.manifest.programs[0].fragment
+    fragment = package.manifest.level_programs[0].fragment
     text = package.read_bytes(fragment).replace(b"stored_value(start", b"no_such_function(start")
     error = refusal(Changed(package, files={fragment: text}))
     assert error.code == "VP5005"
@@ -174,7 +174,7 @@ def test_an_error_of_a_lost_context_is_told_from_others(package, monkeypatch):
 
 def test_a_compute_shader_that_does_not_compile_is_an_error_with_the_file_and_the_log(tmp_path):
     package = tiny_package(tmp_path / "p", CODES, GREY, ES3, technique="tiles")
-    tiles = package.manifest.programs[0].tiles
+    tiles = package.manifest.level_programs[0].tiles
     text = package.read_bytes(tiles.place).replace(b"atomicAdd(", b"no_such_function(")
     with Renderer(Changed(package, files={tiles.place: text})) as renderer:
         if renderer.driver.version_number < (3, 1):
@@ -185,7 +185,7 @@ def test_a_compute_shader_that_does_not_compile_is_an_error_with_the_file_and_th
 
 
 def test_shaders_that_do_not_link_are_an_error_with_the_files_and_the_log(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     text = package.read_bytes(program.vertex).replace(b"v_far", b"v_away")
     error = refusal(Changed(package, files={program.vertex: text}))
     assert error.code == "VP5006"
@@ -202,24 +202,24 @@ def test_a_texture_file_of_another_size_or_format_is_refused(package):
 
 
 def test_a_uniform_that_the_manifest_does_not_name_is_refused(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     named = program.model_copy(update={"uniforms": program.uniforms[:1]})
     assert refusal(Changed(package, programs=(named,))).code == "VP5017"
 
 
 def test_a_uniform_that_is_not_active_is_refused(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     extra = program.uniforms[1].model_copy(update={"name": "u_gone"})
     named = program.model_copy(update={"uniforms": (*program.uniforms, extra)})
     assert refusal(Changed(package, programs=(named,))).code == "VP5017"
 
 
 def test_a_uniform_of_another_type_is_refused(es2, es3):
-    fragment = es3.manifest.programs[0].fragment
+    fragment = es3.manifest.level_programs[0].fragment
     text = es3.read_bytes(fragment).replace(b"uniform vec3 u_texture_from_box", b"uniform vec4 u_texture_from_box")
     text = text.replace(b"u_texture_from_box;\n}", b"u_texture_from_box.xyz;\n}")
     assert refusal(Changed(es3, files={fragment: text})).code == "VP5017"
-    fragment = es2.manifest.programs[0].fragment
+    fragment = es2.manifest.level_programs[0].fragment
     text = es2.read_bytes(fragment).replace(b"sampler2D u_transfer", b"samplerCube u_transfer")
     text = text.replace(b"texture2D(u_transfer, vec2(", b"textureCube(u_transfer, vec3(0.0, ")
     assert refusal(Changed(es2, files={fragment: text})).code == "VP5017"

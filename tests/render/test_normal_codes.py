@@ -48,7 +48,7 @@ def texels_of(package):
 def fetched(package, shift_xyz=(0.0, 0.0, 0.0)):
     """Vectors [z, y, x, 3] that the package's own shader decodes at each voxel's centre, moved by so many voxels."""
     texture, texels = texels_of(package)
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     text = package.read_text(program.fragment)
     text = text[: text.index("void main()")]
     main = "void main() { picture = vec4(normal_at(position(v_near.xyz / v_near.w)), 1.0); }\n"

@@ -191,7 +191,7 @@ def test_the_text_has_only_what_the_layout_needs(tmp_path):
         magnitude=False,
     )
     slice_ = made(tmp_path / "slice", codes[:1], ES2, "biased8", magnitude=False)
-    texts = [package.read_text(package.manifest.programs[0].fragment) for package in (one, several, slice_)]
+    texts = [package.read_text(package.manifest.level_programs[0].fragment) for package in (one, several, slice_)]
     assert ["unit" in text for text in texts] == [False, True, False]
     assert ["octahedron" in text or "folded" in text for text in texts] == [False, True, False]
     assert ["LAST_SLICE" in text for text in texts] == [True, True, False]

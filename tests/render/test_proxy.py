@@ -134,7 +134,7 @@ def test_rays_take_fewer_samples_and_with_a_skip_table_as_few_as_that_alone_leav
         grid = package.manifest.grid
         camera = view_of(grid, "anterior-left")
         for program, kind in (
-            (package.manifest.programs[0], Renderer),
+            (package.manifest.level_programs[0], Renderer),
             (at_mesh(package), ProxyRenderer),
         ):
             taken[name, kind] = samples_per_pixel(package, program, 0, camera, (48, 48), kind=kind)[0].sum()
@@ -213,6 +213,6 @@ def test_a_level_without_a_mesh_is_told(tmp_path):
 
 def test_without_proxy_geometry_no_shader_knows_of_it(tmp_path):
     package = tiny_package(tmp_path / "p", blobs(20, (9, 10, 11)), SHELLS)
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     for path in (program.vertex, program.fragment):
         assert not re.search("entry|entered|v_clip", package.read_text(path))

@@ -78,7 +78,7 @@ def test_lit_samples_with_shadow_rays_share_nothing(folder, shadows):
 
 
 def samples_of_a_group(package: Package) -> int:
-    (program,) = (each for each in package.manifest.programs if each.transfer == "segments")
+    (program,) = (each for each in package.manifest.level_programs if each.transfer == "segments")
     texts = [program.fragment, *([program.tiles.cost] if program.tiles else [])]
     text = "".join(package.read_text(each) for each in texts)
     found = re.findall(r"  for \(int k = 0; k < (\d); k\+\+\) \{\n *float i = ", text)
@@ -127,7 +127,7 @@ def test_other_ways_to_draw_give_the_picture_of_ray_casting(folder, mixed, chang
     name = "-".join(map(str, next(iter(change.values())).values()))
     package = built(folder, name, change=change, outside_opacity=0.5)
     assert check(package.path) == []
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     assert (program.sampling == "bricks") == ("bricks" in change)
     drawn_otherwise, expected = drawn(package), drawn(mixed)
     # Layers are rounded to half floats one by one; from the back, other pairs of samples share labels. Other ways take

@@ -337,7 +337,7 @@ def test_styles_that_would_take_too_many_units_are_classified_by_control_points(
     change = PIECES | {"transfer": transfer}
     package = built(folder, "styles", "small.toml", change, outside="veil", inside="style-3", style=styles)
     assert in_pieces(package)[0].classification == "control-points"
-    assert package.manifest.programs[0].classification == "lookup"
+    assert package.manifest.level_programs[0].classification == "lookup"
     assert np.abs(laid_over(package) - drawn(package)).max() < 0.006
 
 

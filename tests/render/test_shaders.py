@@ -44,12 +44,12 @@ def package(request, tmp_path):
 
 
 def texts(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     return {path: package.read_text(path) for path in (program.vertex, program.fragment)}
 
 
 def test_every_uniform_and_sampler_is_active_and_none_is_unnamed(package):
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     shaders = [ShaderText(path, text) for path, text in texts(package).items()]
     with ExitStack() as stack:
         gl = Gl(stack.enter_context(Context(package.manifest.profile.api)))
@@ -80,28 +80,28 @@ def test_text_is_ascii_and_complete(package):
 
 def test_a_ray_stops_early_only_where_the_plan_has_a_cutoff(package):
     cutoff = package.manifest.opacity_cutoff
-    fragment = package.read_text(package.manifest.programs[0].fragment)
+    fragment = package.read_text(package.manifest.level_programs[0].fragment)
     assert fragment.count("least_transmittance") == (0 if cutoff is None else 3)
     assert ("0.01 * pow(" in fragment) == (cutoff is not None)
 
 
 def test_one_slice_needs_no_interpolation_between_slices(package):
-    fragment = package.read_text(package.manifest.programs[0].fragment)
+    fragment = package.read_text(package.manifest.level_programs[0].fragment)
     one_slice = package.manifest.levels[0].grid.shape_zyx[0] == 1
     assert ("LAST_SLICE" in fragment) == (package.manifest.profile.api == "es2.0" and not one_slice)
 
 
 def test_one_channel_needs_no_choice_of_channel(tmp_path):
     package = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES2)
-    assert "channel" not in package.read_text(package.manifest.programs[0].fragment).split("main")[1]
-    assert "weights" not in package.read_text(package.manifest.programs[0].fragment)
+    assert "channel" not in package.read_text(package.manifest.level_programs[0].fragment).split("main")[1]
+    assert "weights" not in package.read_text(package.manifest.level_programs[0].fragment)
 
 
 def test_the_loop_of_es_2_is_long_enough_for_the_longest_ray_at_the_finest_step(tmp_path):
     package = tiny_package(
         tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES2, spacing_mm_zyx=(10.0, 1.0, 1.0), step_mm=0.8
     )
-    program = package.manifest.programs[0]
+    program = package.manifest.level_programs[0]
     assert program.step_mm_min == pytest.approx(0.1)
     bound = re.search(r"for \(float k = 0\.0; k < ([\d.]+); k\+\+\)", package.read_text(program.fragment))
     assert bound is not None
@@ -110,7 +110,7 @@ def test_the_loop_of_es_2_is_long_enough_for_the_longest_ray_at_the_finest_step(
 
 def test_the_loop_of_es_3_ends_where_float32_ends_to_count(tmp_path):
     package = tiny_package(tmp_path / "p", np.zeros((5, 4, 3), np.uint8), GREY, ES3)
-    assert package.manifest.programs[0].step_mm_min == pytest.approx(np.linalg.norm([5, 4, 3]) / 2**23)
+    assert package.manifest.level_programs[0].step_mm_min == pytest.approx(np.linalg.norm([5, 4, 3]) / 2**23)
 
 
 def test_a_constant_that_no_part_uses_is_an_error():

@@ -112,7 +112,9 @@ def test_pre_integrated_segments_are_skipped_only_where_both_ends_are_empty(tmp_
     wishes = {"classification": "preintegrated", "step_mm": 1.3, "entries": 64}
     plain, _ = pictures(tmp_path / "plain", codes, profile, views, "perspective", **wishes)
     skipping, package = pictures(tmp_path / "skipping", codes, profile, views, "perspective", skip=(kind, 6), **wishes)
-    assert "front = end_at" in package.read_text(package.manifest.programs[0].fragment).split("skip_entry(block")[1]
+    assert (
+        "front = end_at" in package.read_text(package.manifest.level_programs[0].fragment).split("skip_entry(block")[1]
+    )
     check_same(skipping, plain)
 
 
@@ -153,7 +155,7 @@ def test_uniforms_and_samplers_of_a_skipping_shader_are_all_active(tmp_path, pro
     package = tiny_package(tmp_path / "p", blobs(20, (9, 10, 11)), SHELLS, profile, skip=(kind, 4))
     with Renderer(package) as renderer:
         assert "u_skip" in renderer.program.samplers
-    text = re.sub(r"//.*", "", package.read_text(package.manifest.programs[0].fragment))
+    text = re.sub(r"//.*", "", package.read_text(package.manifest.level_programs[0].fragment))
     names = re.findall(r"^(?:float|vec[234]) (\w+)\(|^const \w+ (\w+)", text, re.MULTILINE)
     for name in map("".join, names):
         assert len(re.findall(rf"\b{name}\b", text)) > 1, f"{name} is dead"
@@ -161,7 +163,7 @@ def test_uniforms_and_samplers_of_a_skipping_shader_are_all_active(tmp_path, pro
 
 def test_without_a_table_no_shader_knows_of_skipping(tmp_path):
     package = tiny_package(tmp_path / "p", blobs(20, (9, 10, 11)), SHELLS)
-    text = package.read_text(package.manifest.programs[0].fragment)
+    text = package.read_text(package.manifest.level_programs[0].fragment)
     assert "skip" not in text
     assert "next" not in text
     assert "block" not in text

@@ -61,7 +61,7 @@ def test_a_stopped_slab_misses_no_more_than_the_cutoff_leaves(tmp_path):
 
 def test_a_slab_of_opengl_es_2_is_a_short_loop_whatever_the_step(tmp_path):
     package = tiny_package(tmp_path / "p", CODES, SHELLS, ES2, technique="slabs")
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     assert f"k < {float(SLAB_SAMPLES)}" in package.read_text(program.fragment)
     assert program.slab_samples == SLAB_SAMPLES
     assert program.step_mm_min < 1e-4

@@ -192,7 +192,7 @@ def test_the_present_shader_encodes_srgb_over_a_linear_background(ball) -> None:
         gl.bindTexture(gl.TEXTURE_2D, source)
         gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, *SIZE)
         gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, *SIZE, gl.RGBA, gl.FLOAT, picture)
-        program = present_program(gl, ball.read_text(ball.manifest.programs[0].vertex))
+        program = present_program(gl, ball.read_text(ball.manifest.level_programs[0].vertex))
         float_target()
         gl.bindTexture(gl.TEXTURE_2D, source)
         gl.useProgram(program)

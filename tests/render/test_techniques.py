@@ -199,6 +199,6 @@ def test_layers_that_8_bits_cannot_tell_from_nothing_are_blended_in_half_floats(
     with Renderer(package) as renderer:
         assert rmse(renderer.render(box_from_clip, HW, 0.05), truth) < 2 / 255
     old = package_of(tmp_path / "old", technique, ES2, transfer_function=faint)
-    assert [each.manifest.programs[0].target for each in (package, old)] == ["rgba16f", "rgba8"]
+    assert [each.manifest.level_programs[0].target for each in (package, old)] == ["rgba16f", "rgba8"]
     with Renderer(old) as renderer:
         assert rmse(renderer.render(box_from_clip, HW, 0.05), truth) > 10 / 255

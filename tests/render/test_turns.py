@@ -64,7 +64,7 @@ def test_a_step_for_which_the_driver_ends_the_loop_is_refused_and_the_one_that_i
     longest_mm = np.linalg.norm(package.manifest.grid.extent_mm_zyx)
     with pytest.raises(VolprepError, match=rf"VP5024 .* ends them after {made}") as caught:
         picture(package, longest_mm / made / 1.01)
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     least_mm = step_mm_of_turns(package.manifest, program, 0, made)
     assert f"{least_mm:.3g} mm or more" in str(caught.value)
     drawn = picture(package, least_mm * 1.001)
@@ -94,7 +94,7 @@ def test_a_preview_takes_no_finer_steps_than_half_a_voxel(tmp_path):
 
 def test_a_renderer_says_which_steps_it_draws(tmp_path, made):
     package = tiny_package(tmp_path / "p", np.zeros((60, 20, 24), np.uint8), FOG)
-    (program,) = package.manifest.programs
+    (program,) = package.manifest.level_programs
     least_mm = step_mm_of_turns(package.manifest, program, 0, made)
     with Renderer(package) as renderer:
         assert [renderer.draws_step(step_mm) for step_mm in (0.5, least_mm * 1.001, least_mm * 0.99, -1.0)] == [

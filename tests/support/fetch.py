@@ -29,7 +29,7 @@ class Fetch:
 
     def __init__(self, package: Package, fragment: str | None = None) -> None:
         manifest = package.manifest
-        program = manifest.programs[0]
+        program = manifest.level_programs[0]
         names = dict(zip(manifest.pictures[0].drawings[0].textures, program.samplers, strict=True))
         read = [texture for texture in manifest.textures if texture.name in names]
         volumes = [texture for texture in read if texture.role in {"volume", "bricks"}]

@@ -70,7 +70,7 @@ def drawn(
 
 def assert_skipping_changes_no_pixel(package: Package, shape_hw: tuple[int, int] = (64, 64)) -> None:
     """Draw all standard views with the skip table and without it."""
-    plain = unskipped(package, package.manifest.programs[0])
+    plain = unskipped(package, package.manifest.level_programs[0])
     assert plain is not package
     for view in standard_views(package.manifest.levels[0].grid):
         picture = drawn(package, view, shape_hw)

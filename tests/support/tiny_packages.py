@@ -44,6 +44,7 @@ from volprep_formats.package.channel import ChannelPart, Quantization, SourceRec
 from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.package.picture import Picture, PictureMedium
 from volprep_formats.package.program import ClassificationName, ProgramDesign, RaySampling, TechniqueName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
@@ -134,7 +135,12 @@ def tiny_package(
         quantization=quantization or _quantization(plan.quantize),
         levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"), ())),
     )
-    heading = Heading(name="tiny", generator="test", profile=profile, grid=grid, render=RenderSettings())
+    pictures = tuple(
+        Picture(name=name, media=(PictureMedium(channel=CHANNEL, transfer=name),)) for name in plan.transfers
+    )
+    heading = Heading(
+        name="tiny", generator="test", profile=profile, grid=grid, render=RenderSettings(), pictures=pictures
+    )
     # Of the 0.2 s that a package takes, nine tenths are its 34 calls of fsync; other tests kill and look.
     with patch("os.fsync"):
         draft = Draft.create(folder, heading)

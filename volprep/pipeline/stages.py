@@ -12,12 +12,12 @@ from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
 from volprep.pipeline.stage_graph import STAGES, dependents, sources
 from volprep.plan.level_choice import LevelChoice
+from volprep.plan.pictures import pictures_of
 from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution, Heading, Manifest, PlanItem, StageRecord
 from volprep_formats.package.parts.segments.record import Segments
-from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -78,13 +78,12 @@ def _done(work: Work[Planned], draft: Draft, plan: Planned, progress: Progress) 
 
 
 def _heading(plan: Plan, scene: Scene, items: tuple[PlanItem, ...]) -> Heading:
-    wanted = plan.together
     return Heading(
         name=scene.name,
         generator=generator(),
         profile=plan.shared.profile,
         grid=plan.shared.grid,
-        together=None if wanted is None else Together(name=wanted.name, transfers=wanted.transfers),
+        pictures=pictures_of(plan),
         segments=_segments(plan),
         compression=tuple(form.as_record for form in plan.forms),
         render=plan.shared.render,

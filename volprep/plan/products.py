@@ -15,7 +15,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
-from volprep_formats.package.parts.together.record import Together
+from volprep_formats.package.picture import Mixing
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
@@ -248,8 +248,13 @@ class ProxyPlan(Record):
     """Programs that begin at these meshes."""
 
 
-class TogetherPlan(Together):
+class TogetherPlan(Record):
     """One picture of several channels, without the channels that show nothing."""
+
+    name: str
+    """Name of the picture."""
+    transfers: Annotated[tuple[str, ...], Field(min_length=1)]
+    """Transfer functions that it shows, each of another channel."""
 
     programs: tuple[ProgramDesign, ...]
     """Programs that draw it."""
@@ -257,9 +262,9 @@ class TogetherPlan(Together):
     """For each level what all channels leave empty, where enough is."""
 
     @property
-    def is_colour(self) -> bool:
-        """Whether the channels are light and, the last one, extinction of a volume in colour."""
-        return any(each.classification == "colour" for each in self.programs)
+    def mixing(self) -> Mixing:
+        """How its media mix."""
+        return "colour" if any(each.classification == "colour" for each in self.programs) else "sum"
 
 
 class LabelTexturePlan(TextureContent):
@@ -275,6 +280,9 @@ class LabelTexturePlan(TextureContent):
 
 class SegmentsPlan(Segments):
     """One picture of a scan with its segments."""
+
+    mixing: Mixing = "labels"
+    """How its media mix."""
 
     order: tuple[int, ...]
     """For each label of the import its number in the package."""

@@ -28,14 +28,15 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
         known = "nothing around a point: the package has no sub-volumes as files"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
     grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
-    pieces = drawn.get(next(iter(drawn)) if transfer is None else transfer)
+    name = next(iter(drawn)) if transfer is None else transfer
+    pieces = drawn.get(name)
     if pieces is None or not 0 <= point < len(grid.points):
         known = f"points 0 to {len(grid.points) - 1} with {', '.join(drawn)}"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
     around, texels = _pieces(grid, place_of(grid, point))
     by_name = {texture.name: texture for texture in manifest.textures} | {texture.name: texture for texture in around}
-    program = next(program for program in manifest.programs if program.name == pieces.program)
+    program = manifest.picture_program(pieces.program, name, (0,))
     level = Level(index=0, factors_zyx=(1, 1, 1), grid=level_grid, filter="none")
     textures = [by_name[name] for name in pieces.textures]
     values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)

@@ -13,9 +13,9 @@ from volprep.render.gl_records import Bindings, LinkedProgram, PicturePart, Pict
 from volprep_formats.arrays import Float32Array
 
 _UNIFORM_TYPES: dict[int, str] = {
-    GLES3.GL_FLOAT: "float",
-    GLES3.GL_FLOAT_VEC3: "vec3",
-    GLES3.GL_FLOAT_MAT4: "mat4",
+    GLES3.GL_FLOAT: "f32",
+    GLES3.GL_FLOAT_VEC3: "vec3f",
+    GLES3.GL_FLOAT_MAT4: "mat4x4f",
     GLES3.GL_SAMPLER_2D: "sampler2D",
     GLES3.GL_SAMPLER_3D: "sampler3D",
 }

@@ -10,7 +10,7 @@ from volprep.render.light_view import light_from_box
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.light.environment import environment_of, environment_uniform
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 
@@ -19,8 +19,8 @@ from volprep_formats.package.texture import Texture
 class Inputs:
     """A program with all of its inputs."""
 
-    program: Program
-    """The program."""
+    program: PictureProgram
+    """The program, with its picture."""
     level: Level
     """The level that it draws."""
     textures: list[Texture]
@@ -57,10 +57,10 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
         raise undrawable(package, "any level" if level is None else f"level {level}", picture, known or "nothing")
     shown, drawing = found
     by_name = {texture.name: texture for texture in manifest.textures}
-    program = next((program for program in manifest.programs if program.name == drawing.program), None)
-    drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
-    if program is None or drawn is None or drawing.step_mm is None or not by_name.keys() >= set(drawing.textures):
+    if drawing.program is None or drawing.step_mm is None or not by_name.keys() >= set(drawing.textures):
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
+    program = manifest.picture_program(drawing.program, shown.name, [each.level for each in shown.drawings])
+    drawn = manifest.level(drawing.level)
     textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
         **{value.source: value.numbers if len(value.numbers) > 1 else value.numbers[0] for value in drawing.values},

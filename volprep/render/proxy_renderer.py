@@ -18,7 +18,7 @@ from volprep_formats.meshes import Primitive, read_glb
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.proxy.record import UNITS, ProxyMeshFile
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 _MARGIN = float(UNITS)
@@ -74,7 +74,7 @@ class ProxyRenderer(Renderer):
         return f"program {self._from_mesh.name}"
 
     @property
-    def program(self) -> Program:
+    def program(self) -> PictureProgram:
         """The program that draws."""
         return self._from_mesh
 
@@ -102,13 +102,13 @@ def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
     return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None
 
 
-def _found(manifest: Manifest, picture: str, level: int) -> tuple[ProxyMeshFile, Program] | None:
+def _found(manifest: Manifest, picture: str, level: int) -> tuple[ProxyMeshFile, PictureProgram] | None:
     drawings = (drawing for shown, drawing in manifest.drawings if (shown.name, drawing.level) == (picture, level))
     at_mesh = next((drawing.at_mesh for drawing in drawings), None)
     if at_mesh is None or manifest.proxy is None:
         return None
     mesh = next(mesh for mesh in manifest.proxy.meshes if mesh.name == at_mesh.mesh)
-    return mesh, next(program for program in manifest.programs if program.name == at_mesh.program)
+    return mesh, manifest.picture_program(at_mesh.program, picture, (level,))
 
 
 def _primitives(package: Package, mesh: ProxyMeshFile) -> tuple[Primitive, ...]:

@@ -41,7 +41,7 @@ from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.channel_packages import package_of_transfer
-from volprep_formats.package.program import Geometry, LightPass, Pass, Program, Uniform
+from volprep_formats.package.program import Geometry, LightPass, Pass, PictureProgram, Uniform
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
@@ -118,7 +118,7 @@ class Renderer:
             self._stack = stack.pop_all()
         return self
 
-    def _linked(self, stack: ExitStack, program: Program, textures: list[Texture]) -> Ready:
+    def _linked(self, stack: ExitStack, program: PictureProgram, textures: list[Texture]) -> Ready:
         """Link a program and its passes, until `stack` ends. Raises VP5005, VP5006, VP5015 and VP5017."""
         linked = stack.enter_context(self._gl.program(program.name, *self._shaders(program)))
         check_uniforms(program, textures, linked)
@@ -155,7 +155,7 @@ class Renderer:
         return f"program {self._program.name}"
 
     @property
-    def program(self) -> Program:
+    def program(self) -> PictureProgram:
         """The program that draws."""
         return self._program
 
@@ -491,7 +491,7 @@ class Renderer:
             _require_named(drawn.fragment, named, linked)
             yield linked
 
-    def _shaders(self, program: Program | Pass) -> tuple[ShaderText, ShaderText]:
+    def _shaders(self, program: PictureProgram | Pass) -> tuple[ShaderText, ShaderText]:
         profile = self._package.manifest.profile
         vertex, fragment = (
             ShaderText(path, self._package.read_text(path)) for path in (program.vertex, program.fragment)
@@ -513,7 +513,7 @@ class Renderer:
         return image.levels
 
 
-def check_uniforms(program: Program, textures: list[Texture], linked: LinkedProgram) -> None:
+def check_uniforms(program: PictureProgram, textures: list[Texture], linked: LinkedProgram) -> None:
     """Raise VP5017 unless the manifest names exactly the program's active uniforms, with their types."""
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for name, texture in zip(program.samplers, textures, strict=True):

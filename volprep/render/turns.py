@@ -18,7 +18,7 @@ from volprep.shading.raycast import most_faces
 from volprep.shading.rays import vertex_shader
 from volprep.shading.skipping import SKIP_RUN, skip_table
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 
 CERTAIN_TURNS = 2**14
 """Every driver makes at least this many turns: a picture with fewer needs no count, which saves 0.1 s."""
@@ -76,14 +76,14 @@ class _Turns:
     """Turns independent of the samples."""
 
 
-def turns_of_rays(manifest: Manifest, program: Program, level: int, step_mm: float) -> float:
+def turns_of_rays(manifest: Manifest, program: PictureProgram, level: int, step_mm: float) -> float:
     """Return how many turns the loops of a program may take along the longest ray."""
     samples = _longest_mm(manifest) / step_mm
     turns = _loop(manifest, program, level)
     return (turns.squared * samples + turns.each) * samples + turns.others
 
 
-def step_mm_of_turns(manifest: Manifest, program: Program, level: int, made: int) -> float:
+def step_mm_of_turns(manifest: Manifest, program: PictureProgram, level: int, made: int) -> float:
     """Return the finest step that keeps all rays within the turns; infinity if no step does."""
     turns = _loop(manifest, program, level)
     left = made - turns.others
@@ -94,7 +94,7 @@ def step_mm_of_turns(manifest: Manifest, program: Program, level: int, made: int
     return _longest_mm(manifest) * root / (2.0 * left)
 
 
-def _loop(manifest: Manifest, program: Program, level: int) -> _Turns:
+def _loop(manifest: Manifest, program: PictureProgram, level: int) -> _Turns:
     # A ray to the light takes one more sample at its end.
     shadow = 1.0 if program.light is not None and program.light.shadows == "rays" else 0.0
     if program.slab_samples is not None:
@@ -109,7 +109,9 @@ def _loop(manifest: Manifest, program: Program, level: int) -> _Turns:
     return _unlit(manifest, program, level, squared=shadow, each=2.0 * shadow)
 
 
-def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float = 0.0, each: float = 0.0) -> _Turns:
+def _unlit(
+    manifest: Manifest, program: PictureProgram, level: int, *, squared: float = 0.0, each: float = 0.0
+) -> _Turns:
     """Return the turns of the loop through the volume, added to the turns of the loops to the light."""
     if program.compositing in CELL_BY_CELL:
         return _in_cells(manifest, program, level)
@@ -122,7 +124,7 @@ def _unlit(manifest: Manifest, program: Program, level: int, *, squared: float =
     return _Turns(squared, each + _APART * (SKIP_RUN + 3) / SKIP_RUN, _APART * 6 * blocks + 1.0)
 
 
-def _in_cells(manifest: Manifest, program: Program, level: int) -> _Turns:
+def _in_cells(manifest: Manifest, program: PictureProgram, level: int) -> _Turns:
     """Return the turns of a loop from cell to cell: no step makes them more."""
     grid = next((each.grid for each in manifest.levels if each.index == level), manifest.grid)
     faces = most_faces(grid or manifest.source.info.grid)

@@ -120,11 +120,10 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
 
     Empty for a colour volume, whose channels are not drawn apart.
     """
-    together = report.package.manifest.together
+    shared = [picture for picture in report.package.manifest.pictures if picture.mixing == "sum"]
     by_transfer = {program.transfer: program for program in report.programs}
-    wanted = () if together is None else (together.name, *together.transfers)
-    wanted = wanted if by_transfer.keys() >= {*wanted} else ()
-    found = [by_transfer[name] for name in wanted]
+    wanted = [name for each in shared for name in (each.name, *(medium.transfer for medium in each.media))]
+    found = [by_transfer[name] for name in wanted] if by_transfer.keys() >= {*wanted} else []
     return [
         (program, next(view for view in program.views if view.view == program.sweep.view), _nominal(program))
         for program in found

@@ -70,7 +70,7 @@ def _turned(light: StoredLight, *, in_runs: bool) -> Feature:
             "light": f"{_TURNED}:sample",
         },
         {"LESS": " - subtracted" if is_moved else ""},
-        uniforms=(Uniform(name="u_environment", type="mat4", source="environment"),),
+        uniforms=(Uniform(name="u_environment", type="mat4x4f", source="environment"),),
     )
 
 

@@ -240,8 +240,9 @@ def _features(
     """
     manifest = package.manifest
     pieces = _pieces(package) if program.sampling == "subvolumes" else None
-    if manifest.together is not None and program.transfer == manifest.together.name:
-        features = [*drawn_together(manifest, program)]
+    picture = manifest.picture(program.transfer)
+    if picture is not None and picture.mixing in {"sum", "colour"}:
+        features = [*drawn_together(manifest, picture, program)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
         sampled = _sampling(package, program, grid, pieces)
         group = 1 if groups is None else int(groups.offers["GROUP"])

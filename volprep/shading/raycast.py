@@ -29,7 +29,7 @@ def ray_casting(wanted: TechniqueInput) -> Walk:
         words={**samples.words, **rays.words},
         offers=rays.offers,
         uniforms=(
-            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
+            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
             *samples.uniforms,
         ),
     )
@@ -68,7 +68,7 @@ def samples_along(wanted: TechniqueInput) -> tuple[Feature, float]:
     feature = Feature(
         slots={"steps": "ray/steps", "count": "ray/steps:count", "loop": loop},
         words=words,
-        uniforms=(Uniform(name="u_step_mm", type="float", source="step_mm"),),
+        uniforms=(Uniform(name="u_step_mm", type="f32", source="step_mm"),),
     )
     return feature, step_mm_min
 

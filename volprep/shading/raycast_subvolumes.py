@@ -43,7 +43,7 @@ def sampling(grid: Grid, pieces: SubvolumeGrid) -> Feature:
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), *parts)},
         words={"LOW_CORNER_MM": "u_box_low_mm", "HIGH_CORNER_MM": "u_box_high_mm"},
-        uniforms=tuple(Uniform(name=name, type="vec3", source=source) for name, source in _VECTORS.items()),
+        uniforms=tuple(Uniform(name=name, type="vec3f", source=source) for name, source in _VECTORS.items()),
         samplers=samplers,
         offers=in_voxels(grid.shape_zyx),
     )

@@ -49,13 +49,13 @@ def _texture(suffix: str, component: str | None, *, mipmaps: bool) -> Instance:
 
 
 def _feature(textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmaps: bool) -> Feature:
-    place = Uniform(name="u_texture_from_box", type="vec3", source="texture_from_box")
+    place = Uniform(name="u_texture_from_box", type="vec3f", source="texture_from_box")
     return Feature(
         slots={
             "sampling": (Instance("sampling/texture3d_place"), *textures),
             "mipmap": "sampling/texture3d_place:mipmap" if mipmaps else None,
         },
-        uniforms=(place, Uniform(name="u_mipmap", type="float", source="mipmap")) if mipmaps else (place,),
+        uniforms=(place, Uniform(name="u_mipmap", type="f32", source="mipmap")) if mipmaps else (place,),
         samplers=samplers,
         offers={
             "POSITION_PER_MM": "u_texture_from_box",

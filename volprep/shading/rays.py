@@ -81,9 +81,9 @@ def mesh_pass(grid: Grid, dialect: Dialect) -> PassText:
         MESH,
         "rgba8",
         (
-            Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
-            Uniform(name="u_box_from_mesh", type="vec3", source="box_from_mesh"),
-            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
+            Uniform(name="u_clip_from_box", type="mat4x4f", source="clip_from_box"),
+            Uniform(name="u_box_from_mesh", type="vec3f", source="box_from_mesh"),
+            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
         ),
         vertex=compose("vertex/mesh", dialect, {}, {"BOX_MM": box_mm}),
     )

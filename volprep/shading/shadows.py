@@ -19,7 +19,7 @@ SHADOW_MAP = "u_shadow"
 """Sampler of a shadow map."""
 _LEAST, _MOST = 256, {"map": 1024, "half-angle": 512}
 """Texels along an edge of the light's view. Each layer of half-angle slices is drawn into it."""
-_LIGHT = Uniform(name="u_light_mm", type="vec3", source="light_mm")
+_LIGHT = Uniform(name="u_light_mm", type="vec3f", source="light_mm")
 
 
 def light_texels(program: ProgramDesign, grid: Grid) -> int:
@@ -37,11 +37,11 @@ def shadows_of(program: ProgramDesign, grid: Grid) -> Feature:
     slots: dict[str, Slot] = {"light": "light/shadowed", "box": "ray/box"}
     if program.light.shadows == "half-angle":
         words["SIDE"] = ", medium.a"
-        projects = Uniform(name="u_light_from_box", type="mat4", source="light_from_box")
+        projects = Uniform(name="u_light_from_box", type="mat4x4f", source="light_from_box")
         return Feature({**slots, "shadow": "light/half_angle"}, words, uniforms=(_LIGHT, projects))
     if program.light.shadows == "map":
         words |= {"SIDE": "", "SIZE": literal(light_texels(program, grid))}
-        projects = Uniform(name="u_light_from_box", type="mat4", source="light_from_box")
+        projects = Uniform(name="u_light_from_box", type="mat4x4f", source="light_from_box")
         return Feature({**slots, "shadow": "light/shadow_map"}, words, uniforms=(_LIGHT, projects))
     if program.compositing in SURFACES:
         return Feature({**slots, "shadow": "light/shadow_rays:surface"}, words, uniforms=(_LIGHT,))

@@ -72,7 +72,7 @@ def _table_in_texture3d(table: SkipTable) -> Feature:
             "skip_octant": "skip/table_texture3d:octant" if octants else None,
         },
         words={"OCTANT_TABLES": " / ivec3(1, 1, 8)" if octants else ""},
-        uniforms=(Uniform(name="u_blocks_from_box", type="vec3", source="blocks_from_box"),),
+        uniforms=(Uniform(name="u_blocks_from_box", type="vec3f", source="blocks_from_box"),),
         samplers=(Sampler(name="u_skip", role="skip"),),
     )
 

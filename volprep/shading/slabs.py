@@ -46,9 +46,9 @@ def slabs(wanted: TechniqueInput) -> Walk:
             "LAST": "last",
         },
         uniforms=(
-            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
-            Uniform(name="u_step_mm", type="float", source="step_mm"),
-            Uniform(name="u_first_sample", type="float", source="first_sample"),
+            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
+            Uniform(name="u_step_mm", type="f32", source="step_mm"),
+            Uniform(name="u_first_sample", type="f32", source="first_sample"),
         ),
     )
     step_mm_min = math.hypot(*wanted.grid.extent_mm_zyx) / MOST_STEPS

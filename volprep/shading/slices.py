@@ -83,10 +83,10 @@ def _layers(geometry: Geometry, wanted: TechniqueInput) -> Walk:
         words={"NEAR_END": "near_end", "FAR_END": "far_end"},
         offers={"FIRST_FRONT": "start"},
         uniforms=(
-            Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip"),
-            Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box"),
-            Uniform(name="u_box_from_slices", type="mat4", source="box_from_slices"),
-            Uniform(name="u_slices", type="float", source="slices"),
+            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
+            Uniform(name="u_clip_from_box", type="mat4x4f", source="clip_from_box"),
+            Uniform(name="u_box_from_slices", type="mat4x4f", source="box_from_slices"),
+            Uniform(name="u_slices", type="f32", source="slices"),
         ),
     )
     return Walk(

@@ -19,8 +19,8 @@ TILE = 8
 GROUPS = 256
 """Groups of costs."""
 _SIZES = (
-    Uniform(name="u_picture_width", type="float", source="picture_width"),
-    Uniform(name="u_picture_height", type="float", source="picture_height"),
+    Uniform(name="u_picture_width", type="f32", source="picture_width"),
+    Uniform(name="u_picture_height", type="f32", source="picture_height"),
 )
 
 

@@ -12,19 +12,20 @@ from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.picture import Picture
 from volprep_formats.package.program import ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 
-def drawn_together(manifest: Manifest, program: ProgramDesign) -> tuple[Feature, Feature]:
+def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign) -> tuple[Feature, Feature]:
     """Return how a program that draws several channels reads them, and how it classifies and adds them.
 
     In 3D textures all levels are read as the finest one is. Raises ValueError for a classification that is not one of
     samples.
     """
     level = min(program.levels)
-    channel_of = {name: channel.name for channel in manifest.channels for name in channel.transfers}
-    transfers = manifest.together.transfers if manifest.together else ()
+    channel_of = {medium.transfer: medium.channel for medium in picture.media}
+    transfers = [*channel_of]
     first = _volume(manifest, channel_of[transfers[0]], level)
     held = first.channels
     mipmaps = first.mipmap is not None

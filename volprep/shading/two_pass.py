@@ -14,8 +14,8 @@ from volprep.shading.raycast import BACKWARDS, ray_casting, samples_along
 from volprep.shading.walk import PassText, TechniqueInput, Walk
 from volprep_formats.package.program import Uniform
 
-_CLIP_FROM_BOX = Uniform(name="u_clip_from_box", type="mat4", source="clip_from_box")
-_BOX_FROM_CLIP = Uniform(name="u_box_from_clip", type="mat4", source="box_from_clip")
+_CLIP_FROM_BOX = Uniform(name="u_clip_from_box", type="mat4x4f", source="clip_from_box")
+_BOX_FROM_CLIP = Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip")
 
 
 def two_pass(wanted: TechniqueInput) -> Walk:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.picture import Drawing, Picture
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 _TABLES = {"transfer", "preintegrated"}
@@ -13,7 +13,7 @@ _TABLES = {"transfer", "preintegrated"}
 class Altered(Package):
     """A package whose other files are its own."""
 
-    def __init__(self, package: Package, texts: Mapping[str, str], program: Program | None = None) -> None:
+    def __init__(self, package: Package, texts: Mapping[str, str], program: PictureProgram | None = None) -> None:
         """Replace the files named in `texts` by the texts, and the program of the same name by `program`."""
         manifest = package.manifest if program is None else _with_program(package.manifest, program)
         super().__init__(package.path, manifest, package.channel)
@@ -37,7 +37,7 @@ def with_common_tables(package: Package) -> Package:
     return Package(package.path, changed, package.channel)
 
 
-def _with_program(manifest: Manifest, program: Program) -> Manifest:
+def _with_program(manifest: Manifest, program: PictureProgram) -> Manifest:
     """Replace a program, and leave out textures of samplers that it does not have."""
     (before,) = (each for each in manifest.programs if each.name == program.name)
 

@@ -8,7 +8,7 @@ import numpy as np
 from volprep.render.renderer import Renderer
 from volprep.validation.altered import Altered
 from volprep_formats.arrays import Float64Array
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 _MAIN = "void main() {\n"
@@ -18,7 +18,7 @@ _LOOK = re.compile(r"^( *)float entry = skip_entry\(", re.MULTILINE)
 _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
 
 
-def counting(package: Package, program: Program) -> Package:
+def counting(package: Package, program: PictureProgram) -> Package:
     """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
     text = package.read_text(program.fragment)
     head, main, rest = text.partition(_MAIN)
@@ -32,7 +32,7 @@ def counting(package: Package, program: Program) -> Package:
 
 def samples_of_views(
     package: Package,
-    program: Program,
+    program: PictureProgram,
     level: int,
     views: Sequence[tuple[Float64Array, tuple[int, int]]],
     *,

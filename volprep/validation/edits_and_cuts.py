@@ -28,7 +28,7 @@ from volprep.validation.seen import width_pixels
 from volprep.validation.seen_records import OtherDrawing, OtherView
 from volprep.validation.subject import Subject
 from volprep_formats.grid import Grid
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.transfer_function import TransferFunction
 
 OBLIQUE = ("anterior-left", "anterior-right", "posterior-left")
@@ -37,7 +37,7 @@ _SHIFT = 0.03
 _CUT_VOXELS = 64
 
 
-def judge_edit(bench: Bench, program: Program, previews: Collection[int]) -> Iterator[OtherDrawing]:
+def judge_edit(bench: Bench, program: PictureProgram, previews: Collection[int]) -> Iterator[OtherDrawing]:
     """Draw an edited transfer function at all levels, if users may edit it; `previews` are levels for previews only."""
     subject = bench.subject
     if subject.package.manifest.editing is None or subject.is_of_several:

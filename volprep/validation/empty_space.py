@@ -38,7 +38,7 @@ from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 _READS = 3
@@ -68,7 +68,7 @@ class SkippingWay:
     """Description of the renderer."""
     package: Package
     """The package, or the same with another shader."""
-    program: Program
+    program: PictureProgram
     """The program."""
 
     def open(self, level: int) -> Renderer:
@@ -84,7 +84,7 @@ class _Drawn:
     """Samples and looks of each view, in fewer pixels; None without a float target."""
 
 
-def ways_of(subject: Subject, program: Program) -> tuple[SkippingWay, ...]:
+def ways_of(subject: Subject, program: PictureProgram) -> tuple[SkippingWay, ...]:
     """Return the ways to draw with a program, the plainest first; the last one is how the package is drawn.
 
     None if the package has neither table nor mesh, or if its shader is not the one that this version of volprep
@@ -96,7 +96,7 @@ def ways_of(subject: Subject, program: Program) -> tuple[SkippingWay, ...]:
 
 def measure_empty_space(
     bench: Bench,
-    program: Program,
+    program: PictureProgram,
     viewed: ViewedProgram,
     ways: Sequence[SkippingWay],
     times: Mapping[WayName, Milliseconds],
@@ -136,7 +136,7 @@ def measure_empty_space(
     )
 
 
-def _ways(subject: Subject, program: Program, level: int) -> Iterator[SkippingWay]:
+def _ways(subject: Subject, program: PictureProgram, level: int) -> Iterator[SkippingWay]:
     """Return the ways, the plainest first, as the package draws last; fewer than two where nothing can be compared."""
     package, transfer = subject.package, program.transfer
     looks_at_tables = package.manifest.skips(program)
@@ -252,7 +252,7 @@ def _mesh_read_ms(package: Package, transfer: str, level: int) -> float | None:
     return median(times)
 
 
-def _picture(bench: Bench, program: Program, counts: list[Counts | None]) -> str | None:
+def _picture(bench: Bench, program: PictureProgram, counts: list[Counts | None]) -> str | None:
     """Write the samples of each pixel in the view of the sweep, the ways side by side."""
     view = list(bench.subject.views).index(SWEEP_VIEW)
     taken = [each[view][0] for each in counts if each is not None]

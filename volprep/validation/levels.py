@@ -12,11 +12,11 @@ from volprep.validation.sweep import SWEEP_VIEW
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
-from volprep_formats.package.program import WITH_TABLES, Program
+from volprep_formats.package.program import WITH_TABLES, PictureProgram
 
 
 def compare_levels(
-    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+    bench: Bench, program: PictureProgram, viewed: ViewedProgram, references: References
 ) -> tuple[LevelComparison, ...]:
     """Compare the coarse levels that are drawn like `program` with box means of the scan, in the view of the sweep.
 
@@ -25,8 +25,7 @@ def compare_levels(
     Nothing where samples are classified by palettes, or voxels are: there no level has a table of its own. Nor where
     channels are drawn together, which are compared one by one, or a scan with its segments.
     """
-    manifest = bench.subject.package.manifest
-    several = manifest.together is not None or manifest.segments is not None
+    several = any(picture.mixing != "one" for picture in bench.subject.package.manifest.pictures)
     if program.classification not in WITH_TABLES or several:
         return ()
     subject = bench.subject
@@ -46,7 +45,7 @@ def compare_levels(
 
 
 def _comparison(
-    bench: Bench, program: Program, level: Level, truth: Float64Array, box: Float64Array
+    bench: Bench, program: PictureProgram, level: Level, truth: Float64Array, box: Float64Array
 ) -> LevelComparison:
     # Of errors of some hundredths a bound of 1e-4 shows all digits.
     subject, transfer = bench.subject.small.drafted, program.transfer

@@ -53,7 +53,7 @@ from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import Cuts, SubvolumeGrid, decode_grid
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 
 Index = tuple[int, int, int]
 _FAR = 1e6
@@ -68,7 +68,7 @@ _TILINGS = (1, 0)
 
 
 def judge_others(
-    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+    bench: Bench, program: PictureProgram, viewed: ViewedProgram, references: References
 ) -> tuple[tuple[OtherDrawing, ...], tuple[KeptLight, ...]]:
     """Draw coarse levels, pieces, edits and a cut with the transfer function of `program`, whose truth is known.
 
@@ -87,7 +87,7 @@ def judge_others(
 
 
 def _coarse_levels(
-    bench: Bench, program: Program, viewed: ViewedProgram, references: References
+    bench: Bench, program: PictureProgram, viewed: ViewedProgram, references: References
 ) -> list[tuple[OtherDrawing, KeptLight | None]]:
     subject = bench.subject
     wanted = [index for index in subject.levels(program) if index != viewed.level]
@@ -229,13 +229,13 @@ def _box_in_worst_view(
     return _boxes(bench, viewed, chosen.level, {worst.view: box})
 
 
-def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
+def _pieces(bench: Bench, program: PictureProgram, viewed: ViewedProgram) -> Iterator[OtherDrawing]:
     subject = bench.subject
     files = subject.package.manifest.subvolumes
     picture = subject.package.manifest.picture(program.transfer)
     if files is None or picture is None or picture.pieces is None:
         return
-    (own,) = (each for each in subject.package.manifest.programs if each.name == picture.pieces.program)
+    own = subject.package.manifest.picture_program(picture.pieces.program, picture.name, (0,))
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
     lit = _light_of(program, own)
     truths = viewed.truths if lit == "" else _lit_as(bench, own)
@@ -260,7 +260,9 @@ def _pieces(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[O
         )
 
 
-def _each_apart(bench: Bench, program: Program, grid: SubvolumeGrid, points: Sequence[int]) -> tuple[OtherView, ...]:
+def _each_apart(
+    bench: Bench, program: PictureProgram, grid: SubvolumeGrid, points: Sequence[int]
+) -> tuple[OtherView, ...]:
     """Compare each block with the same part of the scan; each view reports the block with the largest error."""
     subject = bench.subject
     pixels = min(subject.shape_hw[0], _PIXELS_APART)
@@ -296,14 +298,14 @@ def _block_of_scan(  # noqa: PLR0917 - which block, and how it is seen
     return picture.rgba.astype(np.float32)
 
 
-def _light_of(program: Program, own: Program) -> str:
+def _light_of(program: PictureProgram, own: PictureProgram) -> str:
     """Return the difference between the light on pieces and on the whole, or an empty list."""
     if own.lighting != program.lighting:
         return ", without light"
     return "" if own.normals_from == program.normals_from else f", lit by {own.normals_from} differences"
 
 
-def _lit_as(bench: Bench, own: Program) -> dict[str, Picture]:
+def _lit_as(bench: Bench, own: PictureProgram) -> dict[str, Picture]:
     """Draw the truth with the light that falls on pieces."""
     subject = bench.subject
     light = None if own.lighting == "none" else light_of_program(subject.package.manifest, own)
@@ -321,7 +323,7 @@ def _blocks(grid: SubvolumeGrid, first: int) -> Iterator[tuple[int, Index]]:
 
 
 def _put_together(
-    bench: Bench, program: Program, grid: SubvolumeGrid, first: int, blocks: Sequence[tuple[int, Index]]
+    bench: Bench, program: PictureProgram, grid: SubvolumeGrid, first: int, blocks: Sequence[tuple[int, Index]]
 ) -> Iterator[tuple[str, Picture]]:
     """Draw all blocks in all views, each block once, and put each view together from front to back."""
     subject, is_first = bench.subject, program.compositing == "first-hit"
@@ -362,5 +364,7 @@ def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str,
     drawn: set[tuple[str, int | None]] = {(each.program, each.level) for each in results}
     drawn |= {(other.program, other.level) for each in results for other in each.others}
     drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}
-    every = [(program.name, level) for program in manifest.programs for level in program.levels]
+    every = [(drawing.program, drawing.level) for _, drawing in manifest.drawings if drawing.program is not None]
+    every += [(each.at_mesh.program, each.level) for _, each in manifest.drawings if each.at_mesh is not None]
+    every += [(picture.pieces.program, 0) for picture in manifest.pictures if picture.pieces is not None]
     return tuple(f"program {name} at level {level}" for name, level in every if (name, level) not in drawn)

@@ -15,7 +15,7 @@ from volprep.validation.same_field import part_of
 from volprep.validation.subject import Subject
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Level
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 
 REFERENCE_VIEWS = ("anterior-left", "anterior-right", "posterior-left")
 """The oblique views: rays meet voxels at every angle, and each axis of the scan is seen from aside."""
@@ -27,7 +27,7 @@ References = dict[tuple[str, int], Reference]
 """References by transfer function, or picture of several channels, and level."""
 
 
-def draw_references(bench: Bench, programs: Sequence[Program]) -> References:
+def draw_references(bench: Bench, programs: Sequence[PictureProgram]) -> References:
     """Draw the reference of each coarse level that `programs` draw; the scan is read once for all of them.
 
     The finest level of a package is coarse, too, if the profile cannot hold the whole scan.

@@ -52,7 +52,7 @@ from volprep_formats.package.channel import Channel
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import MANIFEST
@@ -176,12 +176,11 @@ def _with_previews(channel: Channel, previews: Mapping[tuple[str, int], bool | N
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
     """Return the subject of the picture of several channels, if there is one."""
-    together = package.manifest.together
-    if together is not None:
-        channel_of = {name: each.name for each in package.manifest.channels for name in each.transfers}
-        drawn = {name: channels[channel_of[name]] for name in together.transfers}
-        first = drawn[together.transfers[0]]
-        yield Subject(package, first.scan, first.shape_hw[0], drawn)
+    for picture in package.manifest.pictures:
+        if picture.mixing in {"sum", "colour"}:
+            drawn = {medium.transfer: channels[medium.channel] for medium in picture.media}
+            first = channels[picture.media[0].channel]
+            yield Subject(package, first.scan, first.shape_hw[0], drawn)
 
 
 def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject]:
@@ -210,7 +209,7 @@ def _measure(benches: list[Bench]) -> MeasuredPrograms:
     return MeasuredPrograms(results, gain, viewed[0].driver, statements)
 
 
-def _result(bench: Bench, program: Program, views: ViewedProgram, references: References) -> ProgramResult:
+def _result(bench: Bench, program: PictureProgram, views: ViewedProgram, references: References) -> ProgramResult:
     """Measure one program; its standard views are known."""
     others, kept_by_levels = judge_others(bench, program, views, references)
     ways = ways_of(bench.subject, program)
@@ -236,7 +235,7 @@ def _result(bench: Bench, program: Program, views: ViewedProgram, references: Re
     )
 
 
-def _kept_by_finest(bench: Bench, program: Program, viewed: ViewedProgram) -> Iterator[KeptLight]:
+def _kept_by_finest(bench: Bench, program: PictureProgram, viewed: ViewedProgram) -> Iterator[KeptLight]:
     least = min(viewed.views, key=lambda view: as_order(view.seen))
     shown = viewed.drawn[least.view], viewed.truths[least.view]
     found = kept_light(bench.folder, program.name, viewed.level, least.view, least.seen, shown, None)

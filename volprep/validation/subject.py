@@ -34,7 +34,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import RenderSettings
-from volprep_formats.package.program import CompositingName, Program
+from volprep_formats.package.program import CompositingName, PictureProgram
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -280,7 +280,7 @@ class Subject:
         del level, least
         return ()
 
-    def levels(self, program: Program) -> list[int]:
+    def levels(self, program: PictureProgram) -> list[int]:
         """Levels where the transfer function of `program` is drawn in the same way, finest first."""
         same = (program.sampling, program.transfer)
         programs = self.package.manifest.level_programs
@@ -345,8 +345,8 @@ class Subject:
         return self._levels[level]
 
 
-def _finest(programs: Sequence[Program]) -> tuple[Program, ...]:
-    finest: dict[str, Program] = {}
+def _finest(programs: Sequence[PictureProgram]) -> tuple[PictureProgram, ...]:
+    finest: dict[str, PictureProgram] = {}
     for program in programs:
         if program.transfer not in finest or min(program.levels) < min(finest[program.transfer].levels):
             finest[program.transfer] = program

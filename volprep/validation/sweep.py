@@ -27,7 +27,7 @@ from volprep.validation.times import Milliseconds, in_turns
 from volprep.validation.uncut import uncut
 from volprep.validation.views import ViewedProgram
 from volprep_formats.arrays import Float32Array, Float64Array
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 SWEEP_VIEW = "anterior-left"
@@ -67,7 +67,7 @@ class _Precise:
 class _Sweeper:
     """Draws one program in the view of the sweep."""
 
-    def __init__(self, bench: Bench, program: Program, viewed: ViewedProgram) -> None:
+    def __init__(self, bench: Bench, program: PictureProgram, viewed: ViewedProgram) -> None:
         subject = bench.subject
         self._subject = subject
         self.small, self.smallest = subject.small, subject.smallest
@@ -217,7 +217,7 @@ class _Sweeper:
 
 
 def measure_sweep(
-    bench: Bench, program: Program, viewed: ViewedProgram, others: Mapping[WayName, Renderer]
+    bench: Bench, program: PictureProgram, viewed: ViewedProgram, others: Mapping[WayName, Renderer]
 ) -> tuple[Sweep, dict[WayName, Milliseconds]]:
     """Measure error and time of each step at each level that `program`, or its like for coarser levels, draws.
 
@@ -275,7 +275,7 @@ def measure_sweep(
     return sweep, of_others
 
 
-def _order_facts(subject: Subject, program: Program) -> OrderFacts:
+def _order_facts(subject: Subject, program: PictureProgram) -> OrderFacts:
     return OrderFacts(
         technique=program.technique,
         compositing=program.compositing,

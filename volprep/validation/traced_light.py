@@ -21,7 +21,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.light.environment import environment_of, turned
 from volprep_formats.package.parts.light.planes import plane_numbers
 from volprep_formats.package.parts.light.record import StoredLight
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 
 _VIEWS = ("anterior", "anterior-left", "superior")
 _PIXELS = 48
@@ -32,7 +32,7 @@ _STANDARD_ERRORS = 3.0
 """Number of standard errors that a mean square may lie above the tolerance, by chance."""
 
 
-def measure_light(bench: Bench, program: Program) -> TracedLight | None:
+def measure_light(bench: Bench, program: PictureProgram) -> TracedLight | None:
     """Compare the precomputed light of a program with path tracing; None if it has none."""
     subject = bench.subject
     light = _light_of(subject, program, cut=False)
@@ -56,7 +56,7 @@ def measure_light(bench: Bench, program: Program) -> TracedLight | None:
     return found.model_copy(update={"orientations": len(lights)})
 
 
-def measure_cut_light(bench: Bench, program: Program) -> TracedLight | None:
+def measure_cut_light(bench: Bench, program: PictureProgram) -> TracedLight | None:
     """Compare the light of the cut volume with path tracing of this volume; None without such light."""
     subject = bench.subject
     light = _light_of(subject, program, cut=True)
@@ -78,13 +78,13 @@ def measure_cut_light(bench: Bench, program: Program) -> TracedLight | None:
     return _judged(np.concatenate(beyond), np.concatenate(noise), subject.render.tolerance.rmse)
 
 
-def _light_of(subject: Subject, program: Program, *, cut: bool) -> StoredLight | None:
+def _light_of(subject: Subject, program: PictureProgram, *, cut: bool) -> StoredLight | None:
     textures = subject.package.manifest.textures if program.baked else ()
     found = (each.light for each in textures if each.transfer == program.transfer and each.is_of_a_cut == cut)
     return next((light for light in found if light is not None), None)
 
 
-def _lit(subject: Subject, program: Program, light: StoredLight) -> LitVolume:
+def _lit(subject: Subject, program: PictureProgram, light: StoredLight) -> LitVolume:
     scan, function = subject.scan, subject.function(program.transfer)
     stored = np.ascontiguousarray(scan.stored)
     return LitVolume(stored, scan.grid, scan.slope, scan.intercept, function, light.model)

@@ -6,11 +6,11 @@ package's own does the text without it say anything about the package.
 
 from volprep.shading.program import compose_program
 from volprep.validation.altered import Altered
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 
 
-def uncut(package: Package, program: Program) -> Package | None:
+def uncut(package: Package, program: PictureProgram) -> Package | None:
     """Return the package in which rays of `program` run to their end.
 
     Return the package itself if its rays already do, None if its shader is not the one that this version of volprep
@@ -26,7 +26,7 @@ def uncut(package: Package, program: Program) -> Package | None:
     return Altered(package, {program.fragment: without.fragment})
 
 
-def unskipped(package: Package, program: Program) -> Package | None:
+def unskipped(package: Package, program: PictureProgram) -> Package | None:
     """Return the package in which rays of `program` look at no skip table; itself and None as `uncut` does."""
     if not package.manifest.skips(program):
         return package

@@ -5,7 +5,7 @@ from typing import Literal, TypeVar
 
 from volprep_formats.package.channel import Channel, ChannelPart
 from volprep_formats.package.manifest import Contribution, FileRecord, Heading, Manifest, PartRecords, StageRecord
-from volprep_formats.package.pictures import pictures_of
+from volprep_formats.package.pictures import with_drawings
 from volprep_formats.record import Record
 
 _Part = TypeVar("_Part", bound=Record)
@@ -32,7 +32,7 @@ def assembled(
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
-    return manifest.model_copy(update={"pictures": pictures_of(manifest, composed, fidelity)})
+    return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity)})
 
 
 def _gathered(made: Sequence[Contribution], name: str) -> object:

@@ -10,15 +10,13 @@ def channel_packages(package: Package) -> dict[str, Package]:
 
 
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
-    """Return the package as it is for the channel of a transfer function, the default one if None.
+    """Return the package as it is for the channel of a transfer function, that of the default picture if None.
 
-    A name that no channel knows gives the package itself, and so does None where channels are drawn together,
-    or a scan with its segments.
+    A name that no channel knows, such as that of a picture of several media, gives the package itself.
     """
-    if transfer is None and (package.manifest.together is not None or package.manifest.segments is not None):
-        return package
-    functions = package.manifest.transfer_functions
-    name = functions[0].name if transfer is None and functions else transfer
+    manifest = package.manifest
+    named = [picture.name for picture in manifest.pictures] + [each.name for each in manifest.transfer_functions]
+    name = named[0] if transfer is None and named else transfer
     for channel in package.manifest.channels:
         if name in channel.transfers:
             return package.seen_as(channel_view(package.manifest, channel), channel.name)

@@ -14,12 +14,11 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
 
 def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     """Return the manifest of one channel."""
-    # Shared entries are in every view, so that the rules of one channel find them.
+    own = tuple(each for each in manifest.pictures if each.mixing == "one" and each.media[0].channel == channel.name)
+    shared = [picture for picture in manifest.pictures if picture not in own]
     others = {name for other in manifest.channels if other.name != channel.name for name in other.transfers}
-    if manifest.together is not None:
-        others.add(manifest.together.name)
-    if manifest.segments is not None:
-        others.add(manifest.segments.name)
+    others |= {picture.name for picture in shared}
+    programs = {name for picture in shared for name in picture.programs}.difference(*(each.programs for each in own))
     textures = tuple(
         texture
         for texture in manifest.textures
@@ -29,9 +28,7 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     if skipping is not None:
         names = {texture.name for texture in textures}
         tables = tuple(table for table in skipping.tables if table.transfer not in others)
-        # Ranges of a texture that is not there are in every view, so that the rules find them.
-        of_others = {texture.name for texture in manifest.textures} - names
-        ranges = tuple(each for each in skipping.ranges if each.texture not in of_others)
+        ranges = tuple(each for each in skipping.ranges if each.texture in names)
         skipping = Skipping(epsilon=skipping.epsilon, tables=tables, ranges=ranges)
     proxy = manifest.proxy
     if proxy is not None:
@@ -39,16 +36,14 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
         proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes)
     editing = manifest.editing
     if editing is not None:
-        own = tuple(each for each in editing.histograms if each.channel == channel.name)
-        editing = Editing(histograms=own)
+        editing = Editing(histograms=tuple(each for each in editing.histograms if each.channel == channel.name))
     return manifest.model_copy(
         update={
             "channels": (channel,),
-            "together": None,
             "textures": textures,
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer not in others),
-            "programs": tuple(program for program in manifest.programs if program.transfer not in others),
-            "pictures": tuple(picture for picture in manifest.pictures if picture.name not in others),
+            "programs": tuple(program for program in manifest.programs if program.name not in programs),
+            "pictures": own,
             "skipping": skipping,
             "editing": editing,
             "proxy": proxy,

@@ -1,5 +1,6 @@
 """manifest.json: the list of a package's files, and how to draw them."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, get_args
 
 from pydantic import Field
@@ -14,10 +15,16 @@ from volprep_formats.package.parts.hybrid.record import Hybrid
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
-from volprep_formats.package.parts.together.record import Together
 from volprep_formats.package.picture import Drawing, Picture
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import OF_ALL_SAMPLES, ComposedProgram, LevelStep, Program, RaySampling
+from volprep_formats.package.program import (
+    OF_ALL_SAMPLES,
+    ComposedProgram,
+    LevelStep,
+    PictureProgram,
+    Program,
+    RaySampling,
+)
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import Fraction, TransferFunction
 from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_word
@@ -202,10 +209,10 @@ class Heading(Record):
     """Class of devices that the package is for."""
     grid: Grid | None = None
     """Voxels of level 0, whether or not the package holds it: the source without its empty border."""
-    together: Together | None = None
-    """Channels that are drawn into one picture, which is then the default picture."""
+    pictures: tuple[Picture, ...] = ()
+    """Pictures that a user can choose, the default one first."""
     segments: Segments | None = None
-    """Segments of the scan, which are drawn with it into one picture; it is then the default picture."""
+    """Segments of the scan, for the picture that has their name."""
     compression: tuple[CompressedForm, ...] = ()
     """Compressed forms that were considered for the finest level, and the loss of each."""
     render: RenderSettings | None = None
@@ -232,8 +239,6 @@ class Manifest(Heading, PartRecords):
     """Channels of the volume; at least one in a package, none in a draft before its source is imported."""
     programs: tuple[Program, ...] = ()
     """Shader programs, which drawings name."""
-    pictures: tuple[Picture, ...] = ()
-    """Pictures that a user can choose, the default one first."""
     stages: tuple[StageRecord, ...] = ()
     """Stages that have run; drafts only."""
     files: tuple[FileRecord, ...] = ()
@@ -270,10 +275,18 @@ class Manifest(Heading, PartRecords):
         return next((picture for picture in self.pictures if name in {None, picture.name}), None)
 
     @property
-    def level_programs(self) -> tuple[Program, ...]:
-        """Programs that draw levels with rays through the whole box."""
-        names = {drawing.program for _, drawing in self.drawings}
-        return tuple(program for program in self.programs if program.name in names)
+    def level_programs(self) -> tuple[PictureProgram, ...]:
+        """Programs that draw levels of each picture with rays through the whole box."""
+        levels: dict[tuple[str, str], list[int]] = {}
+        for picture, drawing in self.drawings:
+            if drawing.program is not None:
+                levels.setdefault((picture.name, drawing.program), []).append(drawing.level)
+        return tuple(self.picture_program(name, picture, drawn) for (picture, name), drawn in levels.items())
+
+    def picture_program(self, name: str, picture: str, levels: Sequence[int]) -> PictureProgram:
+        """Return the program of this name as it draws `levels` of a picture."""
+        program = next(program for program in self.programs if program.name == name)
+        return PictureProgram(**dict(program), transfer=picture, levels=tuple(levels))
 
     def skips(self, program: Program) -> bool:
         """Return whether a program looks at skip tables."""
@@ -287,7 +300,7 @@ class Manifest(Heading, PartRecords):
     @property
     def step_mm(self) -> float | None:
         """Nominal distance of the samples along a ray, in millimetres, in the finest drawing of the default picture."""
-        return self.pictures[0].drawings[0].step_mm if self.pictures else None
+        return next((drawing.step_mm for _, drawing in self.drawings), None)
 
     @property
     def opacity_cutoff(self) -> float | None:

@@ -66,7 +66,7 @@ class UniformValue(Record):
     source: Literal["texture_from_box", "mipmap", "blocks_from_box"]
     """Source that uniforms of this value name."""
     numbers: Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
-    """One number for a float, three for a vec3, 16 for a mat4, column by column."""
+    """One number for f32, three for vec3f, 16 for mat4x4f, column by column."""
 
 
 class AtMesh(Record):
@@ -126,8 +126,8 @@ class Picture(Record):
     """How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
     does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and blue
     light, and extinction."""
-    drawings: Annotated[tuple[Drawing, ...], Field(min_length=1)]
-    """One for each level that can be drawn, finest first."""
+    drawings: tuple[Drawing, ...] = ()
+    """One for each level that can be drawn, finest first; in a draft none before its programs are made."""
     pieces: Pieces | None = None
     """Level 0 drawn from its sub-volumes, if the package has them."""
 

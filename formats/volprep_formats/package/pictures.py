@@ -10,9 +10,7 @@ from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.picture import (
     AtMesh,
     Drawing,
-    Mixing,
     Picture,
-    PictureMedium,
     Pieces,
     UniformValue,
 )
@@ -21,16 +19,15 @@ from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
 
-def pictures_of(
+def with_drawings(
     manifest: Manifest, composed: Sequence[ComposedProgram] = (), fidelity: Sequence[LevelFidelity] = ()
 ) -> tuple[Picture, ...]:
-    """Return every picture that can be drawn, the default one first; of a draft the complete ones."""
-    names = [each.program.transfer for each in composed]
-    sliced = {texture.transfer for texture in manifest.textures if texture.role == "slices"}
-    names += [function.name for function in manifest.transfer_functions if function.name in sliced]
+    """Return the pictures of a manifest with all drawings that its programs and textures make."""
     made = _Made(manifest, composed, fidelity)
-    found = (made.picture(name) for name in dict.fromkeys(names))
-    return tuple(picture for picture in found if picture is not None)
+    return tuple(
+        picture.model_copy(update={"drawings": tuple(made.drawings(picture.name)), "pieces": made.pieces(picture.name)})
+        for picture in manifest.pictures
+    )
 
 
 @dataclass(frozen=True)
@@ -41,38 +38,15 @@ class _Made:
     composed: Sequence[ComposedProgram]
     fidelity: Sequence[LevelFidelity]
 
-    def picture(self, name: str) -> Picture | None:
-        media, mixing = self._media(name)
-        drawings = tuple(self._drawings(name))
-        if not media or not drawings:
-            return None
-        return Picture(name=name, media=media, mixing=mixing, drawings=drawings, pieces=self._pieces(name))
-
-    def _media(self, name: str) -> tuple[tuple[PictureMedium, ...], Mixing]:
-        """Return what a picture shows; nothing if no channel has a transfer function of its name."""
-        together, segments = self.manifest.together, self.manifest.segments
-        channels = {transfer: channel.name for channel in self.manifest.channels for transfer in channel.transfers}
-        transfers: tuple[str, ...] = (name,)
-        mixing: Mixing = "one"
-        if segments is not None and segments.name == name:
-            transfers, mixing = segments.transfers, "labels"
-        elif together is not None and together.name == name:
-            transfers, mixing = together.transfers, "sum"
-            if any(each.program.classification == "colour" for each in self._programs(name)):
-                mixing = "colour"
-        if not set(transfers) <= channels.keys():
-            return (), mixing
-        return tuple(PictureMedium(channel=channels[each], transfer=each) for each in transfers), mixing
-
     def _programs(self, name: str) -> list[ComposedProgram]:
-        return [each for each in self.composed if each.program.transfer == name]
+        return [each for each in self.composed if each.picture == name]
 
-    def _drawings(self, name: str) -> Iterator[Drawing]:
+    def drawings(self, name: str) -> Iterator[Drawing]:
         """Yield the drawings of a picture, the finest level first. Of several programs for a level the first counts."""
         by_level = {
             level: each
             for each in reversed(self._programs(name))
-            for level in each.program.levels
+            for level in each.levels
             if each.program.rays == "box" and each.program.sampling != "subvolumes"
         }
         for level, composed in sorted(by_level.items()):
@@ -89,9 +63,7 @@ class _Made:
         meshes = self.manifest.proxy.meshes if self.manifest.proxy is not None else ()
         own = [mesh for mesh in meshes if (mesh.transfer, mesh.level) == (name, level)]
         at_mesh = (
-            each.program.name
-            for each in self._programs(name)
-            if each.program.rays == "mesh" and level in each.program.levels
+            each.program.name for each in self._programs(name) if each.program.rays == "mesh" and level in each.levels
         )
         return Drawing(
             level=level,
@@ -106,7 +78,7 @@ class _Made:
             ),
         )
 
-    def _pieces(self, name: str) -> Pieces | None:
+    def pieces(self, name: str) -> Pieces | None:
         """Return the drawing of sub-volumes, with the tables of level 0."""
         for composed in self._programs(name):
             textures = sampled_textures(self.manifest, composed, 0)

@@ -45,13 +45,13 @@ SLICES: frozenset[Geometry] = frozenset(("axis-slices", "view-slices", "half-ang
 BlendFactor = Literal["ZERO", "ONE", "ONE_MINUS_SRC_ALPHA", "ONE_MINUS_DST_ALPHA"]
 """Factor of glBlendFuncSeparate, without GL_."""
 Lighting = Literal["none", "headlight", "phong", "blinn-phong"]
-"""Lighting; see `ProgramDesign`."""
+"""Lighting; see `ProgramTraits`."""
 NormalsFrom = Literal["volume", "forward", "central"]
-"""Source of the normal of a lit sample; see `ProgramDesign`."""
+"""Source of the normal of a lit sample; see `ProgramTraits`."""
 CompositingName = Literal[
     "emission-absorption", "back-to-front", "maximum", "minimum", "average", "mida", "first-hit", "isosurface"
 ]
-"""Compositing of the samples of a ray; see `ProgramDesign`."""
+"""Compositing of the samples of a ray; see `ProgramTraits`."""
 LAID_OVER: frozenset[CompositingName] = frozenset(("emission-absorption", "back-to-front"))
 """Compositings whose samples hide others by their opacity, so that pictures are laid over each other."""
 OF_ALL_SAMPLES: frozenset[CompositingName] = LAID_OVER | {"mida"}
@@ -104,8 +104,8 @@ class Uniform(Record):
 
     name: str
     """Name in the shader."""
-    type: Literal["float", "vec3", "mat4"]
-    """GLSL type."""
+    type: Literal["f32", "vec3f", "mat4x4f"]
+    """Type: a number, three, or a matrix of 16, column by column."""
     source: UniformSource
     """Source of its value; The specification lists the value of each source."""
 
@@ -217,8 +217,8 @@ class Light(Record):
     viewer and for the light."""
 
 
-class ProgramDesign(Record):
-    """Design of a program. Its shaders are composed from it and from the package."""
+class ProgramTraits(Record):
+    """How a program samples, classifies, lights and composites."""
 
     name: str
     """Name, unique in the package."""
@@ -251,13 +251,18 @@ class ProgramDesign(Record):
     """Vertex shader."""
     fragment: PackagePath
     """Fragment shader."""
+
+
+class ProgramDesign(ProgramTraits):
+    """Design of a program for a picture. Its shaders are composed from it and from the package."""
+
     levels: tuple[Signed, ...]
     """Levels that the program can draw."""
     transfer: str
-    """Name of the transfer function that it draws, or of the picture of several channels."""
+    """Name of the picture that it draws."""
 
 
-class Program(ProgramDesign):
+class Program(ProgramTraits):
     """One vertex and fragment shader, and their inputs."""
 
     uniforms: tuple[Uniform, ...]
@@ -302,6 +307,10 @@ class Program(ProgramDesign):
         )
 
 
+class PictureProgram(Program, ProgramDesign):
+    """A program as it draws one picture, and the levels of it."""
+
+
 class LevelStep(Record):
     """Distance of samples at a level."""
 
@@ -328,10 +337,14 @@ class RaySampling(Record):
 
 
 class ComposedProgram(Record):
-    """A program with its inputs and steps. The drawings of pictures follow from it."""
+    """A program with its picture, inputs and steps. The drawings of the picture follow from it."""
 
     program: Program
     """The program."""
+    picture: str
+    """Name of the picture that it draws."""
+    levels: tuple[Signed, ...]
+    """Levels that it draws."""
     inputs: tuple[Sampler, ...]
     """Input of each of its samplers, in their order."""
     rays: RaySampling

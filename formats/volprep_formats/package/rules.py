@@ -110,6 +110,7 @@ def _complete(manifest: Manifest) -> Iterator[str]:
     of_channel = ("stored_type", "quantization", "levels", "transfer_functions")
     missing += [field for channel in manifest.channels for field in of_channel if not getattr(channel, field)]
     yield from (f"it is sealed without {field}" for field in missing)
+    yield from (f"picture {picture.name} has no drawing" for picture in manifest.pictures if not picture.drawings)
     for channel in manifest.channels:
         window = None if channel.quantization is None else channel.quantization.window
         if window is not None and window[0] >= window[1]:

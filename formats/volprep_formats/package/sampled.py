@@ -10,9 +10,7 @@ def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) 
 
     Light is that of the whole volume. A piece of sub-volumes is called `subvolume-` and its number.
     """
-    return tuple(
-        name for sampler in composed.inputs for name in _sampled(manifest, sampler, composed.program.transfer, level)
-    )
+    return tuple(name for sampler in composed.inputs for name in _sampled(manifest, sampler, composed.picture, level))
 
 
 def _sampled(manifest: Manifest, sampler: Sampler, picture: str, level: int) -> list[str]:

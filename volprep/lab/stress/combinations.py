@@ -9,7 +9,7 @@ from volprep.validation.altered import Altered
 from volprep_formats.package.program import (
     ClassificationName,
     CompositingName,
-    Program,
+    PictureProgram,
     ProgramDesign,
     Sampling,
     TechniqueName,
@@ -55,7 +55,7 @@ class Way:
         )
 
 
-def in_way(package: Package, program: Program, way: Way) -> Package:
+def in_way(package: Package, program: PictureProgram, way: Way) -> Package:
     """Return the package as it is if `program` can draw it in another way with the existing textures and tables.
 
     The way must classify and sample as the program does: other ways need other textures.
@@ -66,4 +66,4 @@ def in_way(package: Package, program: Program, way: Way) -> Package:
     fields = {name: getattr(program, name) for name in ProgramDesign.model_fields}
     design = ProgramDesign(**{**fields, "technique": way.technique, "compositing": way.compositing})
     made, texts = composed(package, design, package.manifest.rays(program))
-    return Altered(package, texts, made.program)
+    return Altered(package, texts, PictureProgram(**{**dict(program), **dict(made.program)}))

@@ -29,7 +29,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.parts.subvolumes.places import ends_mm, sides_of, voxels_of
 from volprep_formats.package.parts.subvolumes.record import decode_grid
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -45,7 +45,7 @@ class WalkScene:
     """The package."""
     render: RenderSettings
     """How it wants to be drawn."""
-    program: Program
+    program: PictureProgram
     """The program of its sub-volumes."""
     ground: Ground
     """The package, the pieces or the cut that the walk leads through."""

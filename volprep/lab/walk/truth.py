@@ -16,7 +16,7 @@ from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.parts.segments.texels import held_labels
-from volprep_formats.package.program import Program
+from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction
 
@@ -27,7 +27,7 @@ class WalkVoxels:
 
     package: Package
     """Their package."""
-    program: Program
+    program: PictureProgram
     """The program of sub-volumes."""
     volume: Volume
     """Values, their grid and their light."""
@@ -64,14 +64,14 @@ class WalkVoxels:
         return with_labels
 
 
-def shown_of_level(package: Package, program: Program, level: int) -> WalkVoxels:
+def shown_of_level(package: Package, program: PictureProgram, level: int) -> WalkVoxels:
     """Decode a whole level."""
     manifest = package.manifest
     held = None if manifest.segments is None else held_labels(manifest.textures, level, package.read_bytes)
     return WalkVoxels(package, program, level_volume(package, level), held)
 
 
-def shown_of_cut(package: Package, program: Program, found: Cut) -> WalkVoxels:
+def shown_of_cut(package: Package, program: PictureProgram, found: Cut) -> WalkVoxels:
     """Return a box of level 0, lit as the program of sub-volumes lights it."""
     light = None if program.lighting == "none" else light_of_program(package.manifest, program)
     return WalkVoxels(package, program, replace(found.volume, normals=light), found.numbers)

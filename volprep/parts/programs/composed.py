@@ -5,7 +5,16 @@ from volprep.shading.program import compose_program
 from volprep.shading.slices import OVER, TOWARDS
 from volprep.shading.tiles import GROUPS, TILE, TileTexts
 from volprep.shading.walk import PassText
-from volprep_formats.package.program import ComposedProgram, LightPass, Pass, Program, ProgramDesign, RaySampling, Tiles
+from volprep_formats.package.program import (
+    ComposedProgram,
+    LightPass,
+    Pass,
+    Program,
+    ProgramDesign,
+    ProgramTraits,
+    RaySampling,
+    Tiles,
+)
 from volprep_formats.package.reader import Package
 
 
@@ -30,7 +39,7 @@ def composed(
         texts[made.fragment] = shaders.light_pass.fragment
     tiles, sorting = _tiles(design, shaders.tiles)
     program = Program(
-        **dict(design),
+        **{name: getattr(design, name) for name in ProgramTraits.model_fields},
         uniforms=shaders.uniforms,
         samplers=tuple(sampler.name for sampler in shaders.samplers),
         geometry=shaders.geometry,
@@ -43,7 +52,10 @@ def composed(
         step_mm_min=shaders.step_mm_min,
         opacity_cutoff=rays.opacity_cutoff,
     )
-    return ComposedProgram(program=program, inputs=shaders.samplers, rays=rays), texts | sorting
+    found = ComposedProgram(
+        program=program, picture=design.transfer, levels=design.levels, inputs=shaders.samplers, rays=rays
+    )
+    return found, texts | sorting
 
 
 def _pass(design: ProgramDesign, text: PassText, number: int) -> Pass:

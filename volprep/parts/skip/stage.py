@@ -20,7 +20,7 @@ from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
 from volprep.parts.stage import Shapes, Stage, Work, present, required
 from volprep.parts.texels import texels_of, voxels_of
-from volprep.plan.products import BlockRangesPlan, SegmentsPlan, SkipPlan, SkipTablePlan, TogetherPlan
+from volprep.plan.products import BlockRangesPlan, SegmentsPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.slabs import bytes_of
@@ -122,7 +122,7 @@ def _shown_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> O
     rounding moves across their faces has next to none.
     """
     transfers = plan.joint.transfers if plan.joint else ()
-    if isinstance(plan.joint, TogetherPlan) and plan.joint.is_colour:
+    if plan.joint is not None and plan.joint.mixing == "colour":
         name, part = transfers[-1], plan.drawn_together[-1]
         ranges = ranges_on_gpu(draft, part, level, block)
         occupied: Occupied = _occupied(draft, part, level, name, ranges) & (ranges.high != 0)

@@ -47,16 +47,15 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
   };
   const show = () => {
     const picture = stage.renderer.program;
-    const joint = [manifest.together, manifest.segments].find((each) => each?.name === picture);
-    const together = joint ? joint.transfers : null;
+    const { media } = manifest.pictures.find((/** @type {any} */ each) => each.name === picture);
+    const names = media.map((/** @type {any} */ each) => each.transfer);
     if (isColour(manifest, picture)) {
-      const most = of(manifest, joint.transfers[3]).points.at(-1)?.extinction_per_mm ?? 0;
+      const most = of(manifest, names[3]).points.at(-1)?.extinction_per_mm ?? 0;
       const said = `Each voxel has its own colour. Its extinction is up to ${number(most)} per mm.`;
       place.replaceChildren(make("p", { className: "hint" }, said));
       return;
     }
-    const names = together ?? [picture];
-    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, together !== null)));
+    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, names[0] !== picture)));
   };
   /** @param {string} name @param {boolean} titled */
   const one = (name, titled) => {
@@ -116,9 +115,7 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
 
 /** Whether a picture is that of a volume in colour. @param {any} manifest @param {string} picture */
 export function isColour(manifest, picture) {
-  return manifest.programs.some(
-    (/** @type {any} */ each) => each.transfer === picture && each.classification === "colour",
-  );
+  return manifest.pictures.some((/** @type {any} */ each) => each.name === picture && each.mixing === "colour");
 }
 
 /** The function of a name, and its channel. @param {any} manifest @param {string} name */

@@ -7,7 +7,6 @@ folder's: unzipping restores it.
 """
 
 import json
-import math
 import shutil
 import struct
 import zipfile
@@ -68,29 +67,25 @@ def write_single_file(folder: Path, names: list[str], file: BinaryIO, progress: 
 def reading_order(folder: Path, names: Iterable[str]) -> list[str]:
     """Return names in the order in which an app reads the files of a package.
 
-    The manifest is first, then what the first picture of the package needs, its shaders and its levels from the
-    coarsest to the finest; then the same for each other picture, and then all other files by name.
+    The manifest is first, then the shaders of the first picture and the textures of its drawings, from the coarsest to
+    the finest; then the same for each other picture, and then all other files by name.
     """
     names = list(names)
     manifest = {}
     if MANIFEST in names:
         with open_inside(folder, MANIFEST) as file:
             manifest = json.load(file)
-    pictures: dict[str | None, int] = {None: 0}
-    rank: dict[str, tuple[int, float]] = {}
-
-    def read(path: str, transfer: str | None, level: float) -> None:
-        place = (pictures.setdefault(transfer, len(pictures) - 1), -level)
-        rank[path] = min(place, rank.get(path, place))
-
-    for program in manifest.get("programs", ()):
-        for each in (program, *program.get("before", ())):
-            for path in (each["vertex"], each["fragment"]):
-                read(path, program["transfer"], math.inf)
-    for texture in manifest.get("textures", ()):
-        read(texture["file"], texture.get("transfer"), texture.get("level", 0))
-    last = (len(pictures), 0.0)
-    return sorted(names, key=lambda name: (name != MANIFEST, rank.get(name, last), name))
+    programs = {program["name"]: program for program in manifest.get("programs", ())}
+    files = {texture["name"]: texture["file"] for texture in manifest.get("textures", ())}
+    read = [MANIFEST]
+    for picture in manifest.get("pictures", ()):
+        drawings = picture.get("drawings", ())
+        for program in (programs[drawing["program"]] for drawing in drawings if "program" in drawing):
+            for each in (program, *program.get("before", ())):
+                read += [each["vertex"], each["fragment"]]
+        read += [files[name] for drawing in reversed(drawings) for name in drawing["textures"]]
+    rank = {name: place for place, name in reversed([*enumerate(read)])}
+    return sorted(names, key=lambda name: (rank.get(name, len(read)), name))
 
 
 def _padding(offset: int, name: str, size: int) -> bytes:

@@ -1,1 +1,0 @@
-"""Several channels in one picture."""
