@@ -11,8 +11,8 @@ import pytest
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, PlanItem, RenderSettings, StageRecord
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.picture import Picture, PictureMedium
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ComposedProgram, Program, RaySampling, Sampler, Uniform
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import MosaicLayout, Texture

@@ -32,7 +32,17 @@ def test_a_person_sees_every_table(sealed: Path) -> None:
     text = run(str(sealed))
     assert text.startswith(f"{sealed}: sealed package, 1.2 kB in 6 files\n")
     titles = [line.rstrip() for line in text.splitlines() if line and line == line.upper() and not line.startswith(" ")]
-    assert titles == ["GENERAL", "CHANNELS", "LEVELS", "TEXTURES", "TRANSFER FUNCTIONS", "PROGRAMS", "PLAN", "FILES"]
+    assert titles == [
+        "GENERAL",
+        "CHANNELS",
+        "LEVELS",
+        "TEXTURES",
+        "TRANSFER FUNCTIONS",
+        "PICTURES",
+        "PROGRAMS",
+        "PLAN",
+        "FILES",
+    ]
     lines = [" ".join(line.split()) for line in text.splitlines()]
     assert "source raw, 9×7×5 voxels x×y×z, uint8" in lines
     assert "scan 0 to 255 8 bits over 0 to 255 0 bone" in lines
@@ -40,6 +50,7 @@ def test_a_person_sees_every_table(sealed: Path) -> None:
     assert "volume-scan-0 scan, level 0 9×7×5 r8unorm 3d 523 B textures/level0.ktx2" in lines
     assert "lookup-bone lookup table bone, extinction up to 2 16×1×1 " in " ".join(lines)
     assert "bone 2 0 to 255 extinction 2 per mm" in lines
+    assert "bone bone 0 raycast volume-scan-0 lookup-bone 0.15 mm" in lines
     assert "everything kept 0 B small" in lines
     assert not [line for line in text.splitlines() if line != line.rstrip()]
 

@@ -43,8 +43,8 @@ from volprep_formats.grid import Grid
 from volprep_formats.package.channel import ChannelPart, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import Contribution, Heading, RenderSettings, StageRecord
 from volprep_formats.package.parts.skip.record import SkipKind
-from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.picture import Picture, PictureMedium
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName, ProgramDesign, RaySampling, TechniqueName
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft

@@ -286,7 +286,8 @@ class Manifest(Heading, PartRecords):
     def picture_program(self, name: str, picture: str, levels: Sequence[int]) -> PictureProgram:
         """Return the program of this name as it draws `levels` of a picture."""
         program = next(program for program in self.programs if program.name == name)
-        return PictureProgram(**dict(program), transfer=picture, levels=tuple(levels))
+        fields = {field: getattr(program, field) for field in Program.model_fields}
+        return PictureProgram(**fields, transfer=picture, levels=tuple(levels))
 
     def skips(self, program: Program) -> bool:
         """Return whether a program looks at skip tables."""
