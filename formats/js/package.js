@@ -60,10 +60,10 @@ export class Package {
     /** Transfer functions of all channels, beginning with the first channel. */
     this.transferFunctions = manifest.channels.flatMap((each) => each.transfer_functions);
     /** Pictures that can be drawn, the default one first, with their levels, the finest first. @type {Drawn[]} */
-    this.programs = manifest.pictures.map(({ name, media, drawings }) => ({
+    this.programs = manifest.pictures.map(({ name, mixing = "one", drawings }) => ({
       name,
       levels: drawings.map(({ level }) => level),
-      together: media.length > 1 || name === manifest.segments?.name,
+      together: mixing !== "one",
     }));
   }
 

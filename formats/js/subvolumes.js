@@ -50,8 +50,6 @@ export async function readGrid(pack, signal) {
   grid.gl = uploadOf(grid.texture_format, grid.dimension, pack.manifest.profile.api);
   for (const problem of contradictions(grid)) refuse(problem);
   if (volume.shape_zyx.some((n, i) => n !== grid.shape_zyx[i])) refuse("it has another shape than the volume");
-  const labelBytes = { 2: 1, 3: 2 }[componentsOf(grid.gl)] ?? 0;
-  if (labelBytes !== labelBytesOfPieces(pack.manifest)) refuse("its texels have other labels than programs read");
   const { pieces = [], whole = null } = /** @type {Partial<SubvolumeFiles>} */ (subvolumes ?? {});
   const files = grid.subvolumes.flatMap((/** @type {{file?: string}} */ { file }) => file ?? []);
   if (files.join() !== pieces.join() || (grid.whole ?? null) !== whole)
@@ -62,12 +60,6 @@ export async function readGrid(pack, signal) {
 /** Components of a texel. @param {Texture["gl"]} gl */
 const componentsOf = ({ format }) =>
   ({ LUMINANCE: 1, RED: 1, LUMINANCE_ALPHA: 2, RG: 2, RGB: 3, RGBA: 4 })[String(format)] ?? 0;
-
-/** Bytes of a label that programs read from pieces: none unless they draw segments. @param {Package["manifest"]} manifest */
-function labelBytesOfPieces({ segments, pictures }) {
-  if (!segments || !pictures.find(({ name }) => name === segments.name)?.pieces) return 0;
-  return segments.labels.length > 128 ? 2 : 1;
-}
 
 /** Every way in which a grid contradicts itself. @param {SubvolumeGrid} grid @returns {Generator<string, void>} */
 function* contradictions(grid) {

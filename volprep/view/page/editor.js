@@ -55,10 +55,10 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
       place.replaceChildren(make("p", { className: "hint" }, said));
       return;
     }
-    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, names[0] !== picture)));
+    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, picture)));
   };
-  /** @param {string} name @param {boolean} titled */
-  const one = (name, titled) => {
+  /** @param {string} name @param {string} picture */
+  const one = (name, picture) => {
     const { channel, points, isovalue } = of(manifest, name);
     const heights = new Heights(opaqueMm[name] ?? null);
     const box = make("div");
@@ -73,12 +73,13 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
       apply(name);
       show();
     });
-    if (titled) box.append(make("h3", {}, name));
+    if (name !== picture) box.append(make("h3", {}, name));
     box.append(curve.element);
     const unit = channel.source.info.unit ? ` ${channel.source.info.unit}` : "";
-    if (
-      manifest.programs.some((/** @type {any} */ each) => each.transfer === name && SURFACES.includes(each.compositing))
-    ) {
+    const { drawings } = manifest.pictures.find((/** @type {any} */ each) => each.name === picture);
+    const { program } = drawings[0];
+    const shows = manifest.programs.find((/** @type {any} */ each) => each.name === program)?.compositing;
+    if (SURFACES.includes(shows)) {
       box.append(
         make("p", { className: "hint" }, `A surface is shown: where the value is ${number(isovalue)}${unit}.`),
       );

@@ -80,8 +80,10 @@ function benchOf({ renderer, gl }, targets, resize) {
 }
 
 /** Technique, and format of the voxels of a level. @param {any} manifest @param {string} transfer @param {number} level */
-function form({ programs, channels, textures }, transfer, level) {
-  const program = programs.find((/** @type {any} */ each) => each.transfer === transfer && each.levels.includes(level));
+function form({ pictures, programs, channels, textures }, transfer, level) {
+  const picture = pictures.find((/** @type {any} */ each) => each.name === transfer);
+  const drawing = picture?.drawings.find((/** @type {any} */ each) => each.level === level);
+  const program = programs.find((/** @type {any} */ each) => each.name === drawing?.program);
   const channel = channels.find((/** @type {any} */ each) =>
     each.transfer_functions.some((/** @type {any} */ own) => own.name === transfer),
   );
