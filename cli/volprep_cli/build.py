@@ -95,7 +95,7 @@ def build(
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size} | _told(manifest) | times)
     else:
         levels = ", ".join(
-            voxels_text(level.grid.shape_zyx) + (" (for previews)" if level.preview_only else "")
+            voxels_text(level.grid.shape_zyx) + (" (for previews)" if level.index in manifest.previews else "")
             for level in manifest.levels
         )
         print_line(
@@ -114,7 +114,7 @@ def _told(manifest: "Manifest") -> dict[str, object]:
             "index": level.index,
             "shape_zyx": list(level.grid.shape_zyx),
             "spacing_mm_zyx": list(level.grid.spacing_mm_zyx),
-            "preview_only": bool(level.preview_only),
+            "preview_only": level.index in manifest.previews,
         }
         for level in manifest.levels
     ]

@@ -70,7 +70,7 @@ def _levels(manifest: "Manifest", right_up_to: Mapping[int, int | None]) -> Prin
             voxels_text(level.grid.spacing_mm_zyx),
             voxels_text(level.factors_zyx),
             level.filter,
-            "previews" if level.preview_only else "pictures",
+            "previews" if level.index in manifest.previews else "pictures",
             *([sizes.get(level.index, "–")] if sizes else []),
         )
         for level in manifest.levels

@@ -360,11 +360,6 @@ typedef struct volpkg_level {
     volpkg_grid grid;
     /* Filter that makes the level from level 0; none for level 0. A reader accepts any other word. */
     const char* filter;
-    /* Whether the level is for previews only: its pictures may exceed the tolerance even at one voxel per pixel. An app
-       draws it while finer levels load and while the camera moves, and settles on a finer one if the device can hold
-       it. Absent means false. Never true for the finest level; always true for levels coarser than a preview level. 0
-       if absent. */
-    int32_t preview_only;
 } volpkg_level;
 
 /* Colour and extinction at one physical value. */
@@ -524,6 +519,10 @@ typedef struct volpkg_drawing_record {
     double step_mm;
     /* The same picture with rays that begin and end at a mesh, if the package has one for it. NULL if absent. */
     const volpkg_at_mesh* at_mesh;
+    /* Whether it is for previews only: it may be beyond the tolerance even at one voxel per pixel. An app draws it
+       while finer levels load and while the camera moves, and settles on a finer one if the device can hold it. Absent
+       means false. Never true for the finest drawing. 0 if absent. */
+    int32_t preview_only;
     /* Bytes that it takes. */
     volpkg_cost cost;
     /* Its fidelity to the scan; absent unless the scene requests it. NULL if absent. */
@@ -2971,7 +2970,6 @@ static const volpkg__field volpkg__level_fields[] = {
     {"factors_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_level, factors_zyx), VOLPKG__NEEDED, 0, NULL},
     {"grid", &volpkg__grid_record, offsetof(volpkg_level, grid), VOLPKG__NEEDED, 0, NULL},
     {"filter", &volpkg__string, offsetof(volpkg_level, filter), VOLPKG__NEEDED, 0, NULL},
-    {"preview_only", &volpkg__truth, offsetof(volpkg_level, preview_only), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__level_record, volpkg_level, volpkg__level_fields)
 VOLPKG__MANY(volpkg__level_record_list_to_64, volpkg__level_record, 0, 64.0)
@@ -3097,6 +3095,7 @@ static const volpkg__field volpkg__drawing_fields[] = {
      NULL},
     {"step_mm", &volpkg__real_above_0, offsetof(volpkg_drawing_record, step_mm), VOLPKG__NULLABLE, 0, NULL},
     {"at_mesh", &volpkg__at_mesh_record_pointer, offsetof(volpkg_drawing_record, at_mesh), VOLPKG__NULLABLE, 0, NULL},
+    {"preview_only", &volpkg__truth, offsetof(volpkg_drawing_record, preview_only), VOLPKG__NULLABLE, 0, NULL},
     {"cost", &volpkg__draw_cost_record, offsetof(volpkg_drawing_record, cost), VOLPKG__NEEDED, 0, NULL},
     {"fidelity", &volpkg__fidelity_record_pointer, offsetof(volpkg_drawing_record, fidelity), VOLPKG__NULLABLE, 0,
      NULL},

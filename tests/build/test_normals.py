@@ -1,6 +1,5 @@
 """Normals in packages: kept where the scene asks, nowhere else; the same bytes however slabs are cut; odd volumes."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -150,24 +149,6 @@ def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeyp
         assert whole.read_bytes(texture.file) == again.read_bytes(texture.file)
 
 
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("but has a mosaic with a gutter, or of other components", lambda m: m["mosaic"].update(gutter=1)),
-        ("its mosaic holds 8 slices", lambda m: m["mosaic"].update(slices=8)),
-        ("needs the parts 0 to 1, once each", lambda m: m["mosaic"].update(textures=2)),
-    ],
-)
-def test_a_mosaic_of_normals_that_contradicts_itself_is_found(tmp_path, name, change):
-    package = built(tmp_path, '[render]\nlighting = "headlight"\n', "gles2-2048")
-    manifest = json.loads((package / "manifest.json").read_text(encoding="utf-8"))
-    change(texture_of(manifest, "normals"))
-    (package / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
-    found = [finding.summary for finding in check(package) if finding.code == "VP4011"]
-    assert any(name in summary for summary in found), found
-
-
 def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
     text = (Path(profiles.__file__).parent / "gles3.toml").read_text(encoding="utf-8")
     (tmp_path / "old.toml").write_text(text.replace('"rgb8snorm", ', ""), encoding="utf-8")
@@ -280,38 +261,3 @@ def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
     assert largest == pytest.approx(truth.max(), rel=1e-6)
     # Half a code, and float32.
     assert np.abs(texels[..., 3] / 255 * largest - truth).max() <= largest * (0.5 / 255 + 1e-6)
-
-
-CHANGES = {
-    "has the role volume, but has a record of normals": lambda m: texture_of(m, "volume").update(normals=meaning()),
-    "holds normals, but has no record of them": lambda m: texture_of(m, "normals").pop("normals"),
-    "its format is rgba8unorm": lambda m: texture_of(m, "normals")["normals"].pop("largest_gradient"),
-    "texels of rgba8unorm": lambda m: texture_of(m, "normals")["normals"].update(code="snorm8"),
-    "has the filter nearest": lambda m: texture_of(m, "normals").update(filter="nearest"),
-    "not among the levels": lambda m: texture_of(m, "normals").update(level=9),
-    "two textures hold the normals": lambda m: texture_of(m, "normals", 1).update(level=0),
-    "has a transfer function": lambda m: texture_of(m, "normals").update(transfer="shell"),
-}
-
-
-def meaning():
-    return {"kernel": "thesis", "code": "biased8", "space": "box"}
-
-
-def texture_of(manifest, role, number=0):
-    return [texture for texture in manifest["textures"] if texture["role"] == role][number]
-
-
-@pytest.mark.parametrize("name", CHANGES)
-def test_a_manifest_that_contradicts_itself_about_normals_is_found(lit, name):
-    path = lit / "manifest.json"
-    before = path.read_text(encoding="utf-8")
-    manifest = json.loads(before)
-    CHANGES[name](manifest)
-    path.write_text(json.dumps(manifest), encoding="utf-8")
-    try:
-        found = [finding.summary for finding in check(lit) if finding.code == "VP4011"]
-    finally:
-        path.write_text(before, encoding="utf-8")
-    assert check(lit) == []
-    assert any(name in summary for summary in found), found

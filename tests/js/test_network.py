@@ -140,7 +140,7 @@ def test_every_kind_of_bytes_opens(browser, folders) -> None:
       new URL("/package/p.volpkg.zip", location),
     ]) {
       const pack = await openPackage(from);
-      names.push((await pack.text(pack.manifest.level_programs[0].fragment)).length > 100);
+      names.push((await pack.text(pack.manifest.programs[0].fragment)).length > 100);
       pack.close();
     }
     return names;

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from volprep.truth.decoded import baked_fields
 from volprep.truth.path_traced import LitVolume
 from volprep.truth.refined import refined_picture
 from volprep.truth.volume import Volume
-from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.environment import (
     CORNERS,
@@ -257,24 +255,3 @@ def test_an_edit_leaves_out_light_that_an_app_turns(built) -> None:
     np.testing.assert_allclose(
         drawn(lit, edit=FunctionEdit(function)), drawn(unlit, edit=FunctionEdit(function)), atol=1.1 / 255
     )
-
-
-def test_light_that_turns_without_what_turns_it_is_refused(built, tmp_path: Path) -> None:
-    package = built("turnable gles3", lighting=FORMS["turnable"]["lighting"], profile="gles3")
-    manifest = json.loads((package.path / "manifest.json").read_text())
-    for change in ("part", "place", "fixed", "sampler"):
-        lie = json.loads(json.dumps(manifest))
-        texture = next(each for each in lie["textures"] if each["role"] == "light")
-        if change == "part":
-            texture["part"] = 1
-        elif change == "place":
-            # As for light whose texels hold both ends.
-            texture["light"]["texture_from_box_per_mm_xyz"][2] *= 2.0
-        elif change == "fixed":
-            texture["light"]["model"]["turnable"] = False
-        else:
-            lie["programs"][0]["samplers"].remove("u_light")
-        (tmp_path / "manifest.json").write_text(json.dumps(lie))
-        with pytest.raises(VolprepError) as refused:
-            Package.open(tmp_path)
-        assert refused.value.code == "VP4011", change

@@ -133,7 +133,7 @@ def tiny_package(
         source=SourceRecord(info=source, sha256=KEY),
         statistics=Statistics(minimum=0.0, maximum=1.0, non_finite=0),
         quantization=quantization or _quantization(plan.quantize),
-        levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"), ())),
+        levels=(*finest_level(plan), *coarser_levels(plan, dict.fromkeys(range(1, len(levels)), "box"))),
     )
     pictures = tuple(
         Picture(name=name, media=(PictureMedium(channel=CHANNEL, transfer=name),)) for name in plan.transfers

@@ -288,14 +288,14 @@ CASES = (
     Case(
         "a level marked for previews that is not",
         "compressed",
-        in_manifest(lambda m: [level.update(preview_only=True) for level in m["channels"][0]["levels"][1:]]),
+        in_manifest(lambda m: [each.update(preview_only=True) for each in m["pictures"][0]["drawings"][1:]]),
         ".preview_only is True, nothing follows",
     ),
     Case(
         "a level for previews without its mark",
         "editable",
-        in_manifest(lambda m: m["channels"][0]["levels"][1].pop("preview_only")),
-        "levels[1].preview_only is nothing, True follows",
+        in_manifest(lambda m: m["pictures"][0]["drawings"][1].pop("preview_only")),
+        "drawings[1].preview_only is nothing, True follows",
     ),
     Case("preview of another package", "house", other_preview, "preview.png"),
     Case("two tiles of a mosaic swapped", "mosaic", of_texture("volume", swapped(1, 3, 20), 0), "mosaic-scan-0"),

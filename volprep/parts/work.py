@@ -1,6 +1,6 @@
 """The working data of a draft: volumes without a header, the scene, and the keys of what has run."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
@@ -82,15 +82,9 @@ def finest_level(plan: "ChannelPlan") -> tuple[Level, ...]:
     return tuple(_level(plan, level, "none") for level in plan.levels if level.index == 0)
 
 
-def coarser_levels(
-    plan: "ChannelPlan", filters: Mapping[int, LevelFilter], previews: Collection[int]
-) -> tuple[Level, ...]:
-    """Return the levels that `filters` made as the manifest lists them; `previews` are those for previews only."""
-    return tuple(
-        _level(plan, level, filters[level.index], preview=level.index in previews)
-        for level in plan.levels
-        if level.index in filters
-    )
+def coarser_levels(plan: "ChannelPlan", filters: Mapping[int, LevelFilter]) -> tuple[Level, ...]:
+    """Return the levels that `filters` made as the manifest lists them."""
+    return tuple(_level(plan, level, filters[level.index]) for level in plan.levels if level.index in filters)
 
 
 def is_current(name: str, key: str, manifest: Manifest) -> bool:
@@ -104,15 +98,12 @@ def generator() -> str:
     return f"volprep {version('volprep')}"
 
 
-def _level(
-    plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter, *, preview: bool = False
-) -> Level:
+def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter) -> Level:
     return Level(
         index=level.index,
         factors_zyx=level.factors_zyx,
         grid=_grid(plan.grid, level.factors_zyx),
         filter=made_by,
-        preview_only=preview or None,
     )
 
 

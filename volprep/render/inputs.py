@@ -57,10 +57,11 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
         raise undrawable(package, "any level" if level is None else f"level {level}", picture, known or "nothing")
     shown, drawing = found
     by_name = {texture.name: texture for texture in manifest.textures}
-    if drawing.program is None or drawing.step_mm is None or not by_name.keys() >= set(drawing.textures):
+    drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
+    is_whole = by_name.keys() >= set(drawing.textures)
+    if drawing.program is None or drawing.step_mm is None or drawn is None or not is_whole:
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
     program = manifest.picture_program(drawing.program, shown.name, [each.level for each in shown.drawings])
-    drawn = manifest.level(drawing.level)
     textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
         **{value.source: value.numbers if len(value.numbers) > 1 else value.numbers[0] for value in drawing.values},

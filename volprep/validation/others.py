@@ -143,7 +143,7 @@ def _coarse_level(  # noqa: PLR0917 - pictures, and their references
     """Judge the pictures of a level; `chosen`, which is closed, has drawn them."""
     subject, level, boxes = bench.subject, chosen.level, boxes_in_views.result()
     tolerance = subject.render.tolerance
-    is_preview = bool(level.preview_only) and _excuse(boxes, tolerance)
+    is_preview = level.index in subject.package.manifest.previews and _excuse(boxes, tolerance)
     if is_preview:
         tolerance = tolerance.of_previews
 

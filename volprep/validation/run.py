@@ -48,10 +48,10 @@ from volprep.validation.witness.step_checks import check_steps
 from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channel import Channel
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
+from volprep_formats.package.picture import Picture
 from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
@@ -162,16 +162,17 @@ def _judged(package: Package, derived: Manifest, tolerance: Tolerance) -> Packag
     if manifest.render is None:
         return package
     render = manifest.render.model_copy(update={"tolerance": tolerance})
-    previews = {(each.name, level.index): level.preview_only for each in derived.channels for level in each.levels}
-    channels = tuple(_with_previews(channel, previews) for channel in manifest.channels)
-    return Package(package.path, manifest.model_copy(update={"render": render, "channels": channels}))
+    previews = {(picture.name, drawing.level): drawing.preview_only for picture, drawing in derived.drawings}
+    pictures = tuple(_with_previews(picture, previews) for picture in manifest.pictures)
+    return Package(package.path, manifest.model_copy(update={"render": render, "pictures": pictures}))
 
 
-def _with_previews(channel: Channel, previews: Mapping[tuple[str, int], bool | None]) -> Channel:
-    levels = tuple(
-        level.model_copy(update={"preview_only": previews.get((channel.name, level.index))}) for level in channel.levels
+def _with_previews(picture: Picture, previews: Mapping[tuple[str, int], bool | None]) -> Picture:
+    drawings = tuple(
+        drawing.model_copy(update={"preview_only": previews.get((picture.name, drawing.level))})
+        for drawing in picture.drawings
     )
-    return channel.model_copy(update={"levels": levels})
+    return picture.model_copy(update={"drawings": drawings})
 
 
 def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:

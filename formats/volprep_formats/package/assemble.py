@@ -32,7 +32,8 @@ def assembled(
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
-    return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity)})
+    previews = {(one.channel.name, level) for one in made if one.channel is not None for level in one.previews}
+    return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity, previews)})
 
 
 def _gathered(made: Sequence[Contribution], name: str) -> object:

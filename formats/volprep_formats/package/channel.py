@@ -96,10 +96,6 @@ class Level(Resolution):
     """Positions of the voxels."""
     filter: Annotated[str, open_word("none", *get_args(LevelFilter))]
     """Filter that makes the level from level 0; none for level 0. A reader accepts any other word."""
-    preview_only: bool | None = None
-    """Whether the level is for previews only: its pictures may exceed the tolerance even at one voxel per pixel. An app
-    draws it while finer levels load and while the camera moves, and settles on a finer one if the device can hold it.
-    Absent means false. Never true for the finest level; always true for levels coarser than a preview level."""
 
 
 class ChannelPart(Record):

@@ -182,6 +182,8 @@ class Contribution(PartRecords):
     """Shader programs."""
     fidelity: tuple[LevelFidelity, ...] = ()
     """Fidelity of pictures to the scan, if the scene requests it."""
+    previews: tuple[Index, ...] = ()
+    """Levels of its channel that are drawn for previews only."""
 
 
 class StageRecord(Record):
@@ -256,14 +258,8 @@ class Manifest(Heading, PartRecords):
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Levels that any channel has, finest first, each as the first channel that has it says.
-
-        A level is for previews only if it is so in any channel.
-        """
-        every = [level for channel in reversed(self.channels) for level in channel.levels]
-        by_index = {level.index: level for level in every}
-        for index in {level.index for level in every if level.preview_only}:
-            by_index[index] = by_index[index].model_copy(update={"preview_only": True})
+        """Levels that any channel has, finest first, each as the first channel that has it says."""
+        by_index = {level.index: level for channel in reversed(self.channels) for level in channel.levels}
         return tuple(by_index[index] for index in sorted(by_index))
 
     def level(self, index: int | None) -> Level:
@@ -320,6 +316,11 @@ class Manifest(Heading, PartRecords):
     def drawings(self) -> tuple[tuple[Picture, Drawing], ...]:
         """Every drawing with its picture."""
         return tuple((picture, drawing) for picture in self.pictures for drawing in picture.drawings)
+
+    @property
+    def previews(self) -> frozenset[int]:
+        """Levels that are drawn for previews only."""
+        return frozenset(drawing.level for _, drawing in self.drawings if drawing.preview_only)
 
     def function(self, name: str | None) -> TransferFunction:
         """Return the transfer function of this name."""

@@ -109,6 +109,10 @@ class Drawing(Record):
     """Nominal distance of the samples along a ray; absent where slices are drawn."""
     at_mesh: AtMesh | None = None
     """The same picture with rays that begin and end at a mesh, if the package has one for it."""
+    preview_only: bool | None = None
+    """Whether it is for previews only: it may be beyond the tolerance even at one voxel per pixel. An app draws it
+    while finer levels load and while the camera moves, and settles on a finer one if the device can hold it. Absent
+    means false. Never true for the finest drawing."""
     cost: DrawCost
     """Bytes that it takes."""
     fidelity: Fidelity | None = None

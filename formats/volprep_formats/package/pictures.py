@@ -1,6 +1,6 @@
 """Pictures of a package, from the programs, textures and tables that its stages made: the one place that joins them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from volprep_formats.package.manifest import Manifest
@@ -20,12 +20,18 @@ from volprep_formats.package.texture import Texture
 
 
 def with_drawings(
-    manifest: Manifest, composed: Sequence[ComposedProgram] = (), fidelity: Sequence[LevelFidelity] = ()
+    manifest: Manifest,
+    composed: Sequence[ComposedProgram],
+    fidelity: Sequence[LevelFidelity],
+    previews: Collection[tuple[str, int]],
 ) -> tuple[Picture, ...]:
-    """Return the pictures of a manifest with all drawings that its programs and textures make."""
-    made = _Made(manifest, composed, fidelity)
+    """Return the pictures of a manifest with all drawings that its programs and textures make.
+
+    `previews` are levels that are for previews only, each with its channel.
+    """
+    made = _Made(manifest, composed, fidelity, previews)
     return tuple(
-        picture.model_copy(update={"drawings": tuple(made.drawings(picture.name)), "pieces": made.pieces(picture.name)})
+        picture.model_copy(update={"drawings": tuple(made.drawings(picture)), "pieces": made.pieces(picture.name)})
         for picture in manifest.pictures
     )
 
@@ -37,12 +43,14 @@ class _Made:
     manifest: Manifest
     composed: Sequence[ComposedProgram]
     fidelity: Sequence[LevelFidelity]
+    previews: Collection[tuple[str, int]]
 
     def _programs(self, name: str) -> list[ComposedProgram]:
         return [each for each in self.composed if each.picture == name]
 
-    def drawings(self, name: str) -> Iterator[Drawing]:
+    def drawings(self, picture: Picture) -> Iterator[Drawing]:
         """Yield the drawings of a picture, the finest level first. Of several programs for a level the first counts."""
+        name = picture.name
         by_level = {
             level: each
             for each in reversed(self._programs(name))
@@ -52,13 +60,16 @@ class _Made:
         for level, composed in sorted(by_level.items()):
             textures = sampled_textures(self.manifest, composed, level)
             if len(textures) == len(composed.inputs):
-                yield self._drawing(name, level, textures, composed)
+                yield self._drawing(picture, level, textures, composed)
         slices = [each for each in self.manifest.textures if (each.role, each.transfer) == ("slices", name)]
         for level in sorted({texture.level or 0 for texture in slices}):
             names = tuple(texture.name for texture in slices if (texture.level or 0) == level)
-            yield self._drawing(name, level, names, None)
+            yield self._drawing(picture, level, names, None)
 
-    def _drawing(self, name: str, level: int, names: tuple[str, ...], composed: ComposedProgram | None) -> Drawing:
+    def _drawing(
+        self, picture: Picture, level: int, names: tuple[str, ...], composed: ComposedProgram | None
+    ) -> Drawing:
+        name = picture.name
         textures = [texture for texture in self.manifest.textures if texture.name in names]
         meshes = self.manifest.proxy.meshes if self.manifest.proxy is not None else ()
         own = [mesh for mesh in meshes if (mesh.transfer, mesh.level) == (name, level)]
@@ -72,6 +83,7 @@ class _Made:
             values=tuple(drawing_values(self.manifest, level, textures)) if composed is not None else (),
             step_mm=composed.rays.step_of(level) if composed is not None else None,
             at_mesh=next((AtMesh(program=each, mesh=mesh.name) for mesh in own for each in at_mesh), None),
+            preview_only=any((medium.channel, level) in self.previews for medium in picture.media) or None,
             cost=cost_of_textures(self.manifest, textures, own),
             fidelity=next(
                 (each.as_record for each in self.fidelity if (each.transfer, each.level) == (name, level)), None

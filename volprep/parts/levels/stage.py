@@ -125,7 +125,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     filters = {choice.level: choice.filter for choice in choices}
     labelled = _drawing(plan).labelled
     previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance, segments=labelled)
-    return Contribution(channel=ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters, previews)))
+    levels = ChannelPart(name=plan.channel, levels=coarser_levels(plan, filters))
+    return Contribution(channel=levels, previews=tuple(sorted(previews)))
 
 
 def _measured(  # noqa: PLR0917 - a level, and what measures it

@@ -24,7 +24,10 @@ export function contents(manifest) {
     [
       "Levels",
       manifest.channels[0].levels
-        .map((/** @type {any} */ each) => `${voxels(each.grid.shape_zyx)}${each.preview_only ? " (for previews)" : ""}`)
+        .map((/** @type {any} */ each) => {
+          const drawing = manifest.pictures[0].drawings.find((/** @type {any} */ own) => own.level === each.index);
+          return `${voxels(each.grid.shape_zyx)}${drawing?.preview_only ? " (for previews)" : ""}`;
+        })
         .join(", "),
     ],
     ["Made by", manifest.generator],

@@ -122,5 +122,7 @@ function levelText(manifest, index) {
   const size = manifest.files
     .filter((/** @type {any} */ each) => files.has(each.path))
     .reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
-  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${level.preview_only ? ", for previews" : ""}`;
+  const drawing = manifest.pictures[0].drawings.find((/** @type {any} */ each) => each.level === index);
+  const use = drawing?.preview_only ? ", for previews" : "";
+  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${use}`;
 }
