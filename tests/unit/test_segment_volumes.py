@@ -4,6 +4,7 @@ import resource
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pydicom
@@ -11,12 +12,13 @@ import pytest
 from pydicom.dataset import Dataset
 from segment_files import FRAME, item, seg, structure_set
 
-from volprep.scan.segments.fitted import Fitted, fitted_segments
+from volprep.scan.segments.fitted import Fitted, _of_contours, fitted_segments
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Silent
 from volprep_formats.segmentations.overlaps import Overlaps
 from volprep_formats.segmentations.records import ScanFrame
+from volprep_formats.segmentations.rtstruct import read_rtstruct
 
 SCAN = Grid.of((40, 16, 16), (2.0, 0.5, 0.25), (0.0, 0.0, 0.0))
 ONE_ML = 1.0 * 3.0 * 2.0 / 1000
@@ -208,6 +210,20 @@ def test_a_contour_off_all_slices_is_refused_in_the_memory_of_its_points(tmp_pat
 def test_contours_that_take_too_long_are_refused_before_they_are_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr("volprep.scan.segments.fitted._MOST_STEPS", 1000)
     assert refusal(structures(tmp_path / "s.dcm", [[ring(10)]])).code == "VP3291"
+
+
+def test_time_grows_with_the_area_of_contours_not_with_that_of_slices(tmp_path):
+    grid = Grid.of((20, 400, 400), (2.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+
+    def seconds(side: float) -> float:
+        square = [(2.0, 2.0), (side, 2.0), (side, side), (2.0, side)]
+        rings = [[[(*point, 2.0 * z) for point in square] for z in range(20)]] * 4
+        contours = read_rtstruct(structure_set(tmp_path / "s.dcm", rings))
+        start = process_time()
+        _of_contours(tmp_path, contours, grid)
+        return process_time() - start
+
+    assert seconds(60.0) < 0.4 * seconds(390.0)
 
 
 def test_slices_to_which_nothing_is_added_take_no_memory():

@@ -33,12 +33,14 @@ class Overlaps:
         self._members: list[tuple[int, ...]] = [(), *((index,) for index in range(segments))]
         self._numbers = {members: label for label, members in enumerate(self._members)}
 
-    def add(self, place: int, own: LabelArray, axis: int = 0) -> None:
+    def add(self, place: int, own: LabelArray, axis: int = 0, corner: tuple[int, int] = (0, 0)) -> None:
         """Add one slice across an axis of [z, y, x]: index of a segment + 1, or 0, for each voxel.
 
-        Raises VP1413 if there are too many labels, VP3290 if too many segments overlap in one voxel.
+        `own` may be a window of the slice that begins at `corner`. Raises VP1413 if there are too many labels, VP3290
+        if too many segments overlap in one voxel.
         """
-        plane = np.moveaxis(self._labels, axis, 0)[place]
+        (row, column), (rows, columns) = corner, own.shape
+        plane = np.moveaxis(self._labels, axis, 0)[place, row : row + rows, column : column + columns]
         overlap = (plane > 0) & (own > 0)
         np.copyto(plane, own, where=plane == 0)
         if not overlap.any():
@@ -91,7 +93,11 @@ def _pairs(
     plane: LabelArray, own: LabelArray, overlap: NDArray[np.bool_]
 ) -> tuple[list[tuple[int, int]], NDArray[np.intp]]:
     """Return the pairs of label and segment that overlap, and the number of the pair of each voxel where they do."""
-    pairs, places = np.unique(plane[overlap].astype(np.int64) << 16 | own[overlap], return_inverse=True)
+    both = plane[overlap].astype(np.uint32) << 16 | own[overlap]
+    # Neighbours are mostly equal, so that only the first of equal ones is sorted.
+    first = np.flatnonzero(np.concatenate([[True], both[1:] != both[:-1]]))
+    pairs, places = np.unique(both[first], return_inverse=True)
+    places = np.repeat(places, np.diff(first, append=len(both)))
     return [(pair >> 16, pair & 0xFFFF) for pair in pairs.tolist()], places
 
 

@@ -1,13 +1,14 @@
 """Contours in slices of a scan become masks: a voxel is inside if contours cover at least half of it.
 
-The covered area of each pixel is summed over SUBLINES lines through it, along which it is exact. Contours of a plane
-in one item count as one shape by the even-odd rule: a contour inside another is a hole, as one that a keyhole edge
-joins; equal contours count once. Shapes of several items are united. Planes of contours become slabs (`planes.py`).
-Slices are made one after the other, and lines of a slice in strips, so that memory grows with neither the scan nor the
-crossings of contours.
+The covered area of each pixel is summed over SUBLINES lines through it, along which it is exact to 2^-20 pixels.
+Contours of a plane in one item count as one shape by the even-odd rule: a contour inside another is a hole, as one that
+a keyhole edge joins; equal contours count once. Shapes of several items are united. Planes of contours become slabs
+(`planes.py`). Slices are made one after the other, in the window around the contours of a segment, and lines of a slice
+in strips, so that memory grows with neither the scan nor the crossings of contours.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +18,29 @@ from volprep_formats.arrays import Float64Array
 
 SUBLINES = 8
 """Lines through each pixel."""
+_PARTS = 2**20
+"""Parts of a pixel to which crossings are rounded: sums of areas are then exact, so that one half is one half."""
 _CROSSINGS_AT_ONCE = 2**16
 _STEPS_PER_CROSSING = 32
 """Time of a crossing, in times of a pixel."""
 
 
-def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> Iterator[tuple[int, Float64Array]]:
-    """Return each slice that the contours of a segment touch: its place along `planes.axis`, and the covered shares.
+@dataclass(frozen=True)
+class CoveredSlice:
+    """The window of a slice that contours of a segment touch."""
 
-    Shares are [rows, columns], without the axis. `usual` is the distance of planes, see `Planes.slabs`.
-    """
+    place: int
+    """Number of the slice along the axis of the planes."""
+    corner: tuple[int, int]
+    """First row and column of the window."""
+    share: Float64Array
+    """Covered share of each pixel of the window [rows, columns]."""
+
+
+def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> Iterator[CoveredSlice]:
+    """Return each slice that the contours of a segment touch; `usual` is the distance of planes (`Planes.slabs`)."""
     depth, *shape = _turned(shape_zyx, planes.axis)
+    corner, shape = _window(planes, shape)
     slabs = planes.slabs(usual)
     last: tuple[int, Float64Array] | None = None
     first = 0
@@ -42,10 +55,19 @@ def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]
                 break
             # Slabs do not overlap, so that one of them at most reaches into the next slice.
             if last is None or last[0] != plane:
-                last = plane, plane_coverage(planes.groups[plane], shape)
+                groups = [[ring - corner[::-1] for ring in group] for group in planes.groups[plane]]
+                last = plane, plane_coverage(groups, shape)
             share = overlap * last[1] if share is None else share + overlap * last[1]
         if share is not None:
-            yield place, share
+            yield CoveredSlice(place, corner, share)
+
+
+def _window(planes: Planes, shape: Sequence[int]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the first row and column of the pixels that contours touch, and how many rows and columns they take."""
+    points = np.concatenate([ring for groups in planes.groups for group in groups for ring in group])
+    low = np.clip(np.floor(points.min(axis=0) + 0.5), 0, shape[::-1]).astype(int).tolist()
+    high = np.clip(np.ceil(points.max(axis=0) + 0.5), low, shape[::-1]).astype(int).tolist()
+    return (low[1], low[0]), (high[1] - low[1], high[0] - low[0])
 
 
 def _turned(shape_zyx: tuple[int, int, int], axis: int) -> tuple[int, int, int]:
@@ -57,13 +79,14 @@ def _turned(shape_zyx: tuple[int, int, int], axis: int) -> tuple[int, int, int]:
 
 def steps_of(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> int:
     """Return how much work the contours of a segment are, in times of a pixel, without doing it."""
-    _, *shape = _turned(shape_zyx, planes.axis)
+    depth, *shape = _turned(shape_zyx, planes.axis)
+    corner, shape = _window(planes, shape)
     steps = 0
     for (low, high), groups in zip(planes.slabs(usual), planes.groups, strict=True):
         starts, ends, _ = _edges(groups)
-        lows, highs = _lines(starts, ends, shape[0])
+        lows, highs = _lines(starts - corner[::-1], ends - corner[::-1], shape[0])
         steps += _STEPS_PER_CROSSING * int((highs - lows).sum())
-        steps += shape[0] * shape[1] * (1 + int(min(max(high - low, 0.0), 1e6)))
+        steps += shape[0] * shape[1] * (1 + int(min(max(high - low, 0.0), depth)))
     return steps
 
 
@@ -75,26 +98,26 @@ def plane_coverage(groups: Sequence[Sequence[Float64Array]], shape_yx: Sequence[
     height, width = shape_yx
     starts, ends, group = _edges(groups)
     low, high = _lines(starts, ends, height)
-    # The area to the left of a crossing: whole pixels before its own, and a part of that.
-    covered = np.zeros((height, width))
+    # Where a shape begins, its share grows by a part in the pixel of the crossing, and by the rest in the next one.
+    growth = np.zeros((height, width + 1))
     for first, stop in _strips(low, high, height * SUBLINES):
         line, place, edge = _crossings(starts, ends, np.maximum(low, first), np.minimum(high, stop))
         line, place, sign = _borders(line, place, group[edge])
-        place = np.clip(place + 0.5, 0.0, float(width))
-        column = np.minimum(np.floor(place), width - 1).astype(np.intp)
+        place = np.clip(np.rint((place + 0.5) * _PARTS), 0.0, float(width * _PARTS))
+        column = np.minimum(place // _PARTS, width - 1).astype(np.intp)
+        rest = sign * (place / _PARTS - column) / SUBLINES
         top, bottom = first // SUBLINES, (stop - 1) // SUBLINES + 1
-        pixel = (line // SUBLINES - top) * width + column
-        within = np.bincount(pixel, sign * (place - column), (bottom - top) * width).reshape(-1, width)
-        own = np.bincount(pixel, sign, (bottom - top) * width).reshape(-1, width)
-        after = np.cumsum(own[:, ::-1], axis=1)[:, ::-1] - own
-        covered[top:bottom] += (within + after) / SUBLINES
+        pixel = (line // SUBLINES - top) * (width + 1) + column
+        pixels, parts = np.concatenate([pixel, pixel + 1]), np.concatenate([sign / SUBLINES - rest, rest])
+        growth[top:bottom] += np.bincount(pixels, parts, (bottom - top) * (width + 1)).reshape(-1, width + 1)
+    covered: Float64Array = np.cumsum(growth, axis=1)[:, :-1]
     return covered
 
 
 def _borders(
     line: NDArray[np.intp], place: Float64Array, group: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], Float64Array, Float64Array]:
-    """Return the crossings where the union of all groups begins, with sign -1, or ends, with sign 1."""
+    """Return the crossings where the union of all groups begins, with sign 1, or ends, with sign -1."""
     order = np.lexsort((place, group, line))
     line, place, group = line[order], place[order], group[order]
     # Along each line crossings of a group alternate between going in and going out.
@@ -107,7 +130,7 @@ def _borders(
         line, place, step = line[order], place[order], step[order]
         kept = np.cumsum(step) == (step > 0)
         line, place, step = line[kept], place[kept], step[kept]
-    return line, place, -step.astype(np.float64)
+    return line, place, step.astype(np.float64)
 
 
 def _edges(groups: Sequence[Sequence[Float64Array]]) -> tuple[Float64Array, Float64Array, NDArray[np.intp]]:
