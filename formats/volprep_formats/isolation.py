@@ -37,7 +37,9 @@ Take = Callable[[int, NDArray[np.generic]], None]
 
 _WORKER = Path(__file__).with_name("isolation_worker.py")
 _LARGEST_REPLY = 2**16
-_START_SECONDS = 60.0
+_START_SECONDS = 300.0
+_WAITING = 20
+"""Times of its processor time for which a decoder may take: the rest is for others on a busy machine."""
 # One thread each: the pool has a worker for every core, and the stack of each thread counts as memory, as does the room
 # that the allocator keeps for it.
 _ONE_THREAD = {
@@ -63,7 +65,7 @@ class WorkerRequest:
     memory_bytes: int
     """Memory that the call may add to the worker's own, without the result."""
     seconds: float
-    """Time limit."""
+    """Limit of processor time."""
 
 
 class Workers:
@@ -196,7 +198,9 @@ class _Worker:
             if time.monotonic() <= self.deadline:
                 return None
             self.kill()
-            raise VolprepError("VP1271", path=request.path, limit_s=request.seconds)
+            if not self._has_begun:
+                raise VolprepError("VP1273", path=request.path, error=f"it had not begun after {_START_SECONDS:.0f} s")
+            raise _too_slow(request, _WAITING * request.seconds, "waiting")
         try:
             received = self.socket.recv(_LARGEST_REPLY)
         except ConnectionError:
@@ -208,11 +212,13 @@ class _Worker:
                 raise VolprepError("VP1273", path=request.path, error=f"it ended before it began ({how})")
             if how == "SIGXCPU":
                 raise VolprepError("VP7071", path=request.path, what="processor time", option="ulimit -t")
+            if how == "SIGPROF":
+                raise _too_slow(request, request.seconds, "processor time")
             raise self._crash(request, how)
         if self._reply.startswith(b"\n"):
             self._has_begun = True
             self._reply = self._reply[1:]
-            self.deadline = time.monotonic() + request.seconds
+            self.deadline = time.monotonic() + _WAITING * request.seconds
         if not self._reply.endswith(b"\n"):
             return None
         self.index = None
@@ -267,6 +273,10 @@ class _Worker:
             self.index = None
             self.socket.close()
             os.close(self._shared_file)
+
+
+def _too_slow(request: WorkerRequest, limit_s: float, of: str) -> VolprepError:
+    return VolprepError("VP1271", path=request.path, limit_s=limit_s, of=of)
 
 
 def _ready(busy: Sequence[_Worker]) -> list[_Worker]:

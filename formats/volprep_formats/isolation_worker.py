@@ -12,6 +12,7 @@ import math
 import mmap
 import pickle
 import resource
+import signal
 import socket
 import sys
 from pathlib import Path
@@ -19,8 +20,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from volprep_formats.isolation import WorkerRequest
-
-_SECONDS_BEYOND = 60
 
 
 def main() -> None:
@@ -34,6 +33,7 @@ def main() -> None:
                 request = pickle.load(requests)  # noqa: S301
                 parent.sendall(b"\n")
                 parent.sendall(json.dumps(_answer(request, int(sys.argv[2]))).encode() + b"\n")
+                signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def _answer(request: "WorkerRequest", result_file: int) -> dict[str, object]:
@@ -73,12 +73,12 @@ def _limit(request: "WorkerRequest") -> float:
     """
     try:
         left = _limit_memory(request)
-        # The parent ends a worker in time. If it is killed itself, no decoder may spin for ever.
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        used = usage.ru_utime + usage.ru_stime
-        seconds, hard = math.ceil(used + request.seconds) + _SECONDS_BEYOND, resource.getrlimit(resource.RLIMIT_CPU)[1]
-        # At the hard limit the system kills without a word; one second before, a signal tells why.
-        resource.setrlimit(resource.RLIMIT_CPU, (_smaller(seconds, max(1, hard - 1) if hard > 0 else hard), hard))
+        hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
+        if hard != resource.RLIM_INFINITY:
+            # At the hard limit the system kills without a word; one second before, a signal tells why.
+            resource.setrlimit(resource.RLIMIT_CPU, (min(hard, max(1, hard - 1)), hard))
+        # Processor time: on a busy machine sound files take long, too. SIGPROF ends the process.
+        signal.setitimer(signal.ITIMER_PROF, request.seconds)
     except (OSError, ValueError) as error:
         raise UnlimitedError(str(error)) from error
     return left

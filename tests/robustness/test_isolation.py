@@ -107,7 +107,7 @@ def test_an_error_of_the_decoder_comes_through_whole() -> None:
         (request(decoders.crash), "VP1270", "SIGSEGV"),
         (request(decoders.leave, 3), "VP1270", "exit status 3"),
         (request(decoders.leave, 0), "VP1270", "exit status 0"),
-        (request(decoders.hang, seconds=0.3), "VP1271", "0 s"),
+        (request(decoders.hang, seconds=0.3), "VP1271", "0 s of processor time"),
         (request(decoders.devour, 2**30), "VP1272", "268 MB"),
         (request(decoders.too_large, 1001), "VP1270", "1001 bytes"),
         (request(int, "x"), "VP1270", "ValueError"),
@@ -121,6 +121,23 @@ def test_a_bad_decoder_costs_one_message_and_the_next_request_works(bad, code, s
         assert "scan.dcm" in str(error)
         assert said in str(error)
         assert run(request(decoders.squares, 3))[0].tolist() == [[0, 1, 4]]
+
+
+def test_a_sound_decoder_that_has_to_wait_for_a_processor_is_not_stopped() -> None:
+    assert run(request(decoders.doze, 0.5, seconds=0.2))[0].tolist() == [0.5]
+
+
+def test_a_decoder_that_waits_for_ever_is_stopped(monkeypatch) -> None:
+    monkeypatch.setattr(isolation, "_WAITING", 1)
+    error = refusal(request(decoders.doze, 100.0, seconds=0.2))
+    assert error.code == "VP1271"
+    assert "0 s of waiting" in str(error)
+
+
+def test_processor_time_of_earlier_requests_does_not_count() -> None:
+    with workers():
+        for _ in range(3):
+            run(request(decoders.work, 0.3, seconds=0.5))
 
 
 def test_memory_within_the_limit_may_be_used() -> None:

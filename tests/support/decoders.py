@@ -45,6 +45,20 @@ def hang(_argument: object) -> NDArray[np.generic]:
         pass
 
 
+def doze(seconds: float) -> NDArray[np.generic]:
+    """Take long, but no processor time."""
+    time.sleep(seconds)
+    return np.array([seconds])
+
+
+def work(seconds: float) -> NDArray[np.generic]:
+    """Take processor time."""
+    until = time.process_time() + seconds
+    while time.process_time() < until:
+        pass
+    return np.array([seconds])
+
+
 def devour(size_bytes: int) -> NDArray[np.generic]:
     """Take and use memory."""
     return np.ones(size_bytes, dtype=np.uint8)[:1]

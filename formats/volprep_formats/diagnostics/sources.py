@@ -464,8 +464,8 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1271": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: its decoder was stopped, because it had not finished after {limit_s:.0f} s",
-        "The file is damaged or hostile, or this machine is overloaded. Get the file again from where it came.",
+        "{path}: its decoder was stopped, because it had not finished after {limit_s:.0f} s of {of}",
+        "The file is damaged or hostile; get it again from where it came.",
     ),
     "VP1272": Diagnostic(
         ExitStatus.SOURCE,
