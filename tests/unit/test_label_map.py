@@ -7,7 +7,7 @@ import pytest
 
 from volprep.pipeline.build import build
 from volprep.pipeline.prepare import prepare
-from volprep.scan.label_map import Recognised, recognise_labels
+from volprep.scan.label_map import Recognised, _Sample, _sampled, recognise_labels
 from volprep.scene.request import request_for_source
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -69,6 +69,23 @@ def test_flat_regions_of_whole_numbers_are_labels(tmp_path: Path, dtype: type) -
 )
 def test_what_is_no_label_map_stays_a_picture(tmp_path: Path, voxels: np.ndarray) -> None:
     assert recognised(write_nifti(tmp_path / "a.nii", voxels)) is None
+
+
+@pytest.mark.parametrize("greatest", [3, 2**17])
+def test_a_large_slice_is_counted_in_strips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, greatest: int) -> None:
+    def sample() -> _Sample:
+        with open_source(SourceSpec(path=str(path)), Path("/"), Silent()) as source:
+            found = _sampled(source, to_the_end=True)
+        assert found is not None
+        return found
+
+    voxels = np.random.default_rng(3).choice([0, 1, 2, greatest], (2, 31, 7)).astype(np.float32)
+    path = write_nifti(tmp_path / "a.nii", voxels)
+    whole = sample()
+    assert whole.voxels[greatest] == np.count_nonzero(voxels == greatest)
+    assert sum(whole.pairs.values()) == np.count_nonzero(voxels[:, :-1]) + np.count_nonzero(voxels[:, :, :-1])
+    monkeypatch.setattr("volprep.scan.label_map._VOXELS_AT_ONCE", 30)
+    assert sample() == whole
 
 
 def test_the_intent_label_of_nifti_counts_also_for_one_region(tmp_path: Path) -> None:

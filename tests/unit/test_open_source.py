@@ -3,11 +3,13 @@
 import errno
 import gzip
 import os
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dicom_files import save, save_all, stack
+from zarr_stores import multiscales, write_store
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -153,3 +155,16 @@ def test_an_address_in_place_of_a_file_is_told_as_such_and_without_its_secrets(t
     error = refusal(tmp_path, path="https://user:SECRET@host/scan.nii?sig=SECRET")
     assert error.code == "VP1306"
     assert "https://***@host/scan.nii?***: this command reads files of this machine" in str(error)
+
+
+def test_a_small_file_of_very_many_slices_is_refused_before_they_are_read(tmp_path):
+    header = "NRRD0004\ntype: {}\ndimension: 3\nsizes: 1 1 {}\nencoding: gzip\nendian: little\n\n"
+    for kind, size_bytes in (("uint8", 1), ("int32", 4)):
+        for count, code in ((70_000, "VP1310"), (60_000, None)):
+            file = tmp_path / "thread.nrrd"
+            file.write_bytes(header.format(kind, count).encode() + gzip.compress(bytes(count * size_bytes)))
+            with nullcontext() if code is None else pytest.raises(VolprepError, match=code):
+                assert opened_format(tmp_path, path=str(file)) == "nrrd"
+    store = write_store(tmp_path / "s.zarr", [np.ones((70_000, 1, 1), np.uint8)], multiscales("zyx"), 2)
+    with pytest.raises(VolprepError, match="VP1310"):
+        opened_format(tmp_path, path=str(store))

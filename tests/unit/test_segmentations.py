@@ -1,5 +1,6 @@
 """Readers of segmentations: what they give for real files and for odd ones, and what they refuse."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import nibabel
@@ -254,7 +255,12 @@ PLANE = np.ones((2, 3), np.uint8)
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], NumberOfFrames=9), "VP1400"),
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], Rows=400), "VP1404"),
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], Rows=65535, Columns=65535), "VP1404"),
-        (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 1e6)], pitch_mm=1e-3), "VP1402"),
+        (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 1e6)], pitch_mm=1e-3), "VP1310"),
+        (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 1, 8e6)], pitch_mm=1.0), "VP1310"),
+        (
+            lambda path: seg(path, [(1, (0, 0, z), np.ones((512, 512), np.uint8)) for z in (0, 4e4)]),
+            "VP1402",
+        ),
         (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 2, 5)]), "VP1405"),
         (lambda path: seg(path, [(1, (x, 0, 2 * x), PLANE) for x in (0, 1)]), "VP1405"),
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], SegmentSequence=[]), "VP1401"),
@@ -267,6 +273,22 @@ PLANE = np.ones((2, 3), np.uint8)
 def test_what_cannot_be_a_segmentation_is_refused(tmp_path, make, code):
     path = make(tmp_path / "bad.dcm")
     assert code_of(lambda: opened(path)) == code
+
+
+def test_labels_that_are_very_much_finer_than_the_scan_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("volprep_formats.segmentations.overlaps._ALLOWED", 100)
+    scan = Grid.of((2, 2, 2), (8.0, 8.0, 8.0))
+    for side, code in ((8, None), (9, "VP1402")):
+        fields = ["Segment0_LabelValue:=1"]
+        files = [seg_nrrd(tmp_path / "s.seg.nrrd", np.ones((1, side, side, side), np.uint8), fields)]
+        files.append(seg(tmp_path / "s.dcm", [(1, (0, 0, z), np.ones((side, side), np.uint8)) for z in range(side)]))
+        _save(tmp_path / "s.nii", np.ones((side, side, side), np.uint8))
+        folder = tmp_path / f"masks{side}"
+        folder.mkdir()
+        _save(folder / "a.nii", np.ones((side, side, side), np.uint8))
+        for path in (*files, tmp_path / "s.nii", folder):
+            with nullcontext() if code is None else pytest.raises(VolprepError, match=code):
+                assert open_segmentation(path, Silent(), scan).labels.all()
 
 
 def test_values_that_are_no_labels_are_refused(tmp_path):

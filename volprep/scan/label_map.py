@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.label_tables import built_in, companion_table, read_label_table
 from volprep_formats.label_tables.hints import label_hint
@@ -22,6 +23,10 @@ _SLICES = 16
 """Slices of the sample, spread over the depth."""
 _ENOUGH_VOXELS = 20_000
 """Voxels beside the background after which a sample that is clearly not flat is not continued."""
+_VOXELS_AT_ONCE = 2**22
+"""Voxels of a slice that are counted at a time, and at most of a row."""
+_IN_TABLE = 2**16
+"""Smaller numbers are counted in a table, others are sorted."""
 _MOST_LABELS = 4096
 _FLAT = 0.5
 """Share of the voxels of one number whose neighbours have it, too. Cortex of 2.5 voxels has 0.55 to 0.7, noise on
@@ -68,10 +73,11 @@ class _Sample:
     steps_of_one: int = 0
     """Those whose numbers follow each other."""
 
-    def add(self, plane: NDArray[np.int64]) -> None:
-        """Count the voxels and the pairs of neighbours of one slice [y, x]."""
-        self._count(self.voxels, plane.ravel())
-        for one, other in ((plane[:, :-1], plane[:, 1:]), (plane[:-1], plane[1:])):
+    def add(self, rows: NDArray[np.int64], count: int) -> None:
+        """Count voxels and pairs of neighbours in the first `count` rows [y, x], and pairs with the row after them."""
+        own = rows[:count]
+        self._count(self.voxels, own.ravel())
+        for one, other in ((own[:, :-1], own[:, 1:]), (rows[:-1], rows[1:])):
             shown = one != _BACKGROUND
             self._count(self.pairs, one[shown])
             self._count(self.same, one[shown & (one == other)])
@@ -81,7 +87,12 @@ class _Sample:
 
     @staticmethod
     def _count(counter: Counter[int], numbers: NDArray[np.int64]) -> None:
-        found, counts = np.unique(numbers, return_counts=True)
+        if numbers.max(initial=0) < _IN_TABLE:
+            counts = np.bincount(numbers)
+            found = np.flatnonzero(counts)
+            counts = counts[found]
+        else:
+            found, counts = np.unique(numbers, return_counts=True)
         counter.update(dict(zip(found.tolist(), counts.tolist(), strict=True)))
 
     @property
@@ -133,14 +144,16 @@ def _sampled(source: VolumeSource, *, to_the_end: bool) -> _Sample | None:
     sample = _Sample()
     places = sorted({int((2 * number + 1) * depth / (2 * _SLICES)) for number in range(_SLICES)})
     for z in places:
-        values = info.slope * read_labels(source, z, z + 1)[0].astype(np.float64) + info.intercept
-        if not np.isfinite(values).all() or (values != np.rint(values)).any() or values.min(initial=0) < 0:
-            return None
-        if values.max(initial=0) > LARGEST_NUMBER:
-            return None
-        sample.add(values.astype(np.int64))
-        if len(sample.voxels) > _MOST_LABELS:
-            return None
+        plane = read_labels(source, z, z + 1)[0, :, :_VOXELS_AT_ONCE]
+        for y, stop in slab_ranges(len(plane), plane.shape[1], slab_bytes=_VOXELS_AT_ONCE):
+            values = info.slope * plane[y : stop + 1].astype(np.float64) + info.intercept
+            if not np.isfinite(values).all() or (values != np.rint(values)).any() or values.min(initial=0) < 0:
+                return None
+            if values.max(initial=0) > LARGEST_NUMBER:
+                return None
+            sample.add(values.astype(np.int64), stop - y)
+            if len(sample.voxels) > _MOST_LABELS:
+                return None
         shown = sum(sample.voxels.values()) - sample.voxels[_BACKGROUND]
         if not to_the_end and shown > _ENOUGH_VOXELS and not sample.is_flat:
             return None

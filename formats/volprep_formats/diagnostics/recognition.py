@@ -55,4 +55,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: there are no DICOM images, and each of the {files} files is {what}",
         "{how}",
     ),
+    "VP1310": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: it has {count} slices, more than the {most} that a volume may have",
+        "The header is damaged, or its axes are exchanged. Cut a longer volume into parts.",
+    ),
 }

@@ -16,7 +16,7 @@ SOURCE_ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1402": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: {layers} layer(s) of {size} voxels are more than the {most} voxels that a segmentation may have",
+        "{path}: {layers} layer(s) of {size} voxels are more than the {most} that segments of this scan may have",
         "Crop the segmentation, or merge segments that overlap.",
     ),
     "VP1403": Diagnostic(

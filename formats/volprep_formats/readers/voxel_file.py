@@ -17,6 +17,8 @@ from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuf
 
 MAX_DEFLATE_RATIO = 1032
 """No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
+MOST_SLICES = 2**16
+"""Rays along a scan are kept for all slices at once, and labels are read slice by slice."""
 
 _SKIP_BYTES = 2**20
 
@@ -27,11 +29,18 @@ def is_gzip(path: Path) -> bool:
         return file.read(2) == b"\x1f\x8b"
 
 
+def check_slices(path: Path, count: int) -> None:
+    """Raise VP1310 if a volume has too many slices. A small packed file may hold any number of slices of one voxel."""
+    if count > MOST_SLICES:
+        raise VolprepError("VP1310", path=path, count=count, most=MOST_SLICES)
+
+
 class VoxelFile:
     """`shape_zyx` voxels of `dtype` from `offset_bytes` on. The caller has checked the size of a plain file.
 
     They are read from `stream` if given; otherwise from the file itself, unzipped if it starts with the gzip signature.
     If each voxel has several values beside each other, `values` is their number, and `value` the index of the one read.
+    Raises VP1310 for too many slices.
     """
 
     def __init__(
@@ -45,6 +54,7 @@ class VoxelFile:
         values: int = 1,
         value: int = 0,
     ) -> None:
+        check_slices(path, shape_zyx[0])
         self.path = path
         self.dtype = dtype
         self.shape_zyx = shape_zyx

@@ -17,10 +17,11 @@ def open_segmentation(
 ) -> Segmentation:
     """Read DICOM SEG and RTSTRUCT, .seg.nrrd, a label volume of any source format, or a folder of masks.
 
-    The grid of the scan, and `frame` with its images, give the distance of the frames of a DICOM SEG.
+    The grid of the scan limits the number of voxels; with the images of `frame` it gives the distance of the frames of
+    a DICOM SEG.
 
-    Raises VP1001 to VP1003 for what cannot be found or known, VP1400 to VP1409, VP1413 to VP1416, VP3290, and what
-    readers of volumes raise.
+    Raises VP1001 to VP1003 for what cannot be found or known, VP1310, VP1400 to VP1409, VP1413 to VP1416, VP3290,
+    and what readers of volumes raise.
     """
     try:
         check_regular_or_folder(path)
@@ -55,10 +56,10 @@ def _read(path: Path, head: bytes, progress: Progress, scan: Grid | None, frame:
             return read_rtstruct(path)
     elif head[:4] == b"NRRD":
         if is_segmentation(keys_of(path)):
-            return read_seg_nrrd(path, progress)
+            return read_seg_nrrd(path, scan)
     elif path.is_dir() and (format_of(path) == "dicom" or has_masks(path)):
         return _read_folder(path, progress, scan, frame)
-    return read_label_volume(label_image(path), progress)
+    return read_label_volume(label_image(path), progress, scan)
 
 
 def _read_folder(path: Path, progress: Progress, scan: Grid | None, frame: ScanFrame | None) -> Segmentation:
@@ -76,4 +77,4 @@ def _read_folder(path: Path, progress: Progress, scan: Grid | None, frame: ScanF
         return open_segmentation(objects[0], progress, scan, frame)
     if objects:
         raise VolprepError("VP1409", path=path, count=len(objects))
-    return read_mask_folder(path, progress)
+    return read_mask_folder(path, progress, scan)

@@ -32,14 +32,15 @@ _OFF_PLACE = 0.02
 def read_dicom_seg(path: Path, scan: Grid | None = None, frame: ScanFrame | None = None) -> LabelVolume:
     """Read a segmentation of the scan with the grid `scan` and the images of `frame`.
 
-    Raises VP1400 to VP1405, VP1413, VP3290, VP2020 and VP2021.
+    Raises VP1310, VP1400 to VP1405, VP1413, VP3290, VP2020 and VP2021.
     """
     with parsed(path) as data:
         segments = _segments(path, data)
-        frames = _Frames(path, data)
+        frames = _Frames(path, data, scan)
         is_of_other_images = frame is not None and _is_of_other_images(data, frame)
         grid, places, remarks = _grid(path, frames, scan, is_of_other_images=is_of_other_images)
-        overlaps, more = _overlaps(frames, places, segments, grid.shape_zyx)
+        overlaps = Overlaps(path, grid.shape_zyx, len(segments), scan)
+        more = _add_frames(overlaps, frames, places, segments)
         labels, members = overlaps.combined()
         return LabelVolume(
             segments=segments,
@@ -84,7 +85,7 @@ def _segments(path: Path, data: Item) -> tuple[SourceSegment, ...]:
 class _Frames:
     """The frames of a segmentation: their pixels and functional groups."""
 
-    def __init__(self, path: Path, data: Item) -> None:
+    def __init__(self, path: Path, data: Item, scan: Grid | None) -> None:
         self.path = path
         self.data = data
         self.kind = str(data.get("SegmentationType", ""))
@@ -105,7 +106,7 @@ class _Frames:
             )
         if self.bits not in {1, 8, 16} or (self.bits == 1) > (self.kind == "BINARY"):
             raise VolprepError("VP1400", path=path, problem=f"{self.bits} bits for a pixel of type {self.kind}")
-        self._pixels = self._raw()
+        self._pixels = self._raw(scan)
 
     def group(self, frame: int, *keywords: str) -> Item | None:
         """Return an item of the functional groups of a frame, or else of the shared functional groups."""
@@ -122,12 +123,12 @@ class _Frames:
         bits = np.unpackbits(octets, bitorder="little")[first % 8 : first % 8 + count]
         return bits.reshape(self.rows, self.columns)
 
-    def _raw(self) -> NDArray[np.unsignedinteger]:
+    def _raw(self, scan: Grid | None) -> NDArray[np.unsignedinteger]:
         """Return all pixels; a byte holds eight of one bit. The declared size is checked first."""
         bits = self.rows * self.columns * self.count * self.bits
         octets = self.data.PixelData
         if str(self.data.file_meta.get("TransferSyntaxUID", "")) == _RLE:
-            check_size(self.path, (self.count, self.rows, self.columns), 1)
+            check_size(self.path, (self.count, self.rows, self.columns), 1, scan)
             array = np.ascontiguousarray(self.data.pixel_array).reshape(-1)
             if self.bits == 1:
                 return np.packbits(array, bitorder="little")
@@ -214,16 +215,16 @@ def _numbers(frames: _Frames, frame: int, sequence: str, keyword: str, count: in
     return numbers
 
 
-def _overlaps(
-    frames: _Frames, places: Sequence[int], segments: Sequence[SourceSegment], shape_zyx: tuple[int, int, int]
-) -> tuple[Overlaps, list[str]]:
-    overlaps = Overlaps(frames.path, shape_zyx, len(segments))
+def _add_frames(
+    overlaps: Overlaps, frames: _Frames, places: Sequence[int], segments: Sequence[SourceSegment]
+) -> list[str]:
+    """Add all frames; return remarks."""
     index = {segment.number: i + 1 for i, segment in enumerate(segments)}
     if frames.kind == "LABELMAP":
         _require_one_each(frames.path, places)
         for z, plane in _label_planes(frames, places, index):
             overlaps.add(z, plane)
-        return overlaps, []
+        return []
     threshold = 1.0
     remarks = []
     if frames.kind == "FRACTIONAL":
@@ -237,7 +238,7 @@ def _overlaps(
             problem = f"frame {frame + 1} belongs to segment {number}, which the file does not describe"
             raise VolprepError("VP1400", path=frames.path, problem=problem)
         overlaps.add(places[frame], (frames.pixels(frame) >= threshold) * np.uint16(index[number]))
-    return overlaps, remarks
+    return remarks
 
 
 def _require_one_each(path: Path, places: Sequence[int]) -> None:

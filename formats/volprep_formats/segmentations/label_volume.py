@@ -24,16 +24,16 @@ _ROUNDING = 1e-3
 """How far rounding may move the numbers of a mask."""
 
 
-def read_label_volume(path: Path, progress: Progress) -> LabelVolume:
-    """Read a volume of labels; 0 is the background.
+def read_label_volume(path: Path, progress: Progress, scan: Grid | None = None) -> LabelVolume:
+    """Read a volume of labels; 0 is the background. The grid of the scan limits its size.
 
     Raises VP1401 (too many labels), VP1402 (too large), VP1407 (no labels), VP1414 (several volumes), and what the
     reader raises.
     """
-    with _opened(path, progress) as source:
+    with _opened(path, progress, scan) as source:
         shape = source.info.grid.shape_zyx
         numbers = _numbers(path, whole_planes(path, source))
-        overlaps = Overlaps(path, shape, len(numbers))
+        overlaps = Overlaps(path, shape, len(numbers), scan)
         for z, plane in enumerate(_indices(numbers, whole_planes(path, source))):
             overlaps.add(z, plane)
         segments = tuple(SourceSegment(number) for number in numbers.tolist())
@@ -42,7 +42,7 @@ def read_label_volume(path: Path, progress: Progress) -> LabelVolume:
 
 
 @contextmanager
-def _opened(path: Path, progress: Progress) -> Iterator[VolumeSource]:
+def _opened(path: Path, progress: Progress, scan: Grid | None) -> Iterator[VolumeSource]:
     """Open one volume. Raises VP1402 (too large), VP1414 (several volumes), and what the reader raises."""
     try:
         source = open_source(SourceSpec(path=path_text(path)), Path(), progress)
@@ -51,7 +51,7 @@ def _opened(path: Path, progress: Progress) -> Iterator[VolumeSource]:
             raise VolprepError("VP1414", path=path, shape=error.fields["shape"]) from error
         raise
     with source:
-        check_size(path, source.info.grid.shape_zyx, 1)
+        check_size(path, source.info.grid.shape_zyx, 1, scan)
         yield source
 
 
@@ -104,12 +104,12 @@ class Mask:
     """Whether voxels are not a number; they are outside."""
 
 
-def read_mask(path: Path, progress: Progress) -> Mask:
+def read_mask(path: Path, progress: Progress, scan: Grid | None) -> Mask:
     """Read a mask of 0 and one number, or of fractions: values of one half or more are inside.
 
     Raises VP1402, VP1414, VP1415 (another volume than a mask), and the errors of the reader.
     """
-    with _opened(path, progress) as source:
+    with _opened(path, progress, scan) as source:
         info = source.info
         inside = np.empty(info.grid.shape_zyx, np.bool_)
         has_fractions = has_nan = False

@@ -23,8 +23,8 @@ def has_masks(folder: Path) -> bool:
     return any(not file.name.startswith(".") and _MASK.fullmatch(file.name) for file in folder.iterdir())
 
 
-def read_mask_folder(folder: Path, progress: Progress) -> LabelVolume:
-    """Read all masks in a folder.
+def read_mask_folder(folder: Path, progress: Progress, scan: Grid | None) -> LabelVolume:
+    """Read all masks in a folder. The grid of the scan limits their size.
 
     Raises VP1401, VP1402, VP1408 (grids differ), VP1413 and VP3290 (overlaps), and the errors of the readers.
     """
@@ -39,10 +39,10 @@ def read_mask_folder(folder: Path, progress: Progress) -> LabelVolume:
     several: list[int] = []
     with_nan: list[int] = []
     for index, file in enumerate(files):
-        mask = read_mask(file, progress)
+        mask = read_mask(file, progress, scan)
         own = mask.grid
         if overlaps is None or grid is None:
-            grid, overlaps = own, Overlaps(folder, own.shape_zyx, len(files))
+            grid, overlaps = own, Overlaps(folder, own.shape_zyx, len(files), scan)
         elif not same_grid(own, grid):
             raise VolprepError("VP1408", path=file, first=files[0].name, found=described(own), expected=described(grid))
         for z, inside in enumerate(mask.inside):

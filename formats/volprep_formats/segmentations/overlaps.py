@@ -1,11 +1,14 @@
 """Segments of a grid as one label for each voxel; voxels where segments overlap get labels of their own."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.readers.voxel_file import check_slices
 from volprep_formats.segmentations.records import MOST_VOXELS, LabelArray
 
 MOST_LABELS = 2**15 - 1
@@ -14,6 +17,8 @@ _MOST_TOGETHER = 64
 """Segments that may overlap in one voxel. Nested isodoses with targets and organs have about 20."""
 _MOST_NUMBERS = 2**16
 """Numbers of labels in 16 bits, also of labels that no voxel has any more."""
+_ALLOWED, _FINER = 2**27, 64
+"""Voxels that segments of any scan may have, and how many for each voxel of a scan."""
 Members = tuple[tuple[int, ...], ...]
 """For each label from 0: indices of its segments, ascending. Label 0 has none."""
 
@@ -24,9 +29,9 @@ class Overlaps:
     Slices that nothing is added to are never touched, so that they take no memory.
     """
 
-    def __init__(self, path: Path, shape_zyx: tuple[int, int, int], segments: int) -> None:
-        """Take the grid's shape, and the number of segments. Raises VP1402 for too large a grid."""
-        check_size(path, shape_zyx, 1)
+    def __init__(self, path: Path, shape_zyx: tuple[int, int, int], segments: int, scan: Grid | None = None) -> None:
+        """Take the grid's shape, the number of segments, and the scan's grid. Raises what `check_size` raises."""
+        check_size(path, shape_zyx, 1, scan)
         self._path = path
         self._singles = segments
         self._labels: LabelArray = np.zeros(shape_zyx, np.uint16)
@@ -105,12 +110,21 @@ def count_of(labels: LabelArray, count: int) -> NDArray[np.int64]:
     """Return how many voxels have each label from 0 to count - 1."""
     total = np.zeros(count, np.int64)
     for plane in labels:
-        total += np.bincount(plane.ravel(), minlength=count)
+        if plane.any():
+            total += np.bincount(plane.ravel(), minlength=count)
+        else:
+            total[0] += plane.size
     return total
 
 
-def check_size(path: Path, shape_zyx: tuple[int, int, int], layers: int) -> None:
-    """Raise VP1402 if layers of a grid would have more voxels than a segmentation may have."""
-    if layers * int(np.prod(shape_zyx, dtype=object)) > MOST_VOXELS:
-        size = "×".join(str(n) for n in reversed(shape_zyx))
-        raise VolprepError("VP1402", path=path, layers=layers, size=size, most=MOST_VOXELS)
+def check_size(path: Path, shape_zyx: tuple[int, int, int], layers: int, scan: Grid | None) -> None:
+    """Raise VP1402 if layers of a grid have more voxels than a segmentation of a scan may have, VP1310 for its slices.
+
+    Segments may be finer than the scan, but a small file must not take much more memory than the scan.
+    """
+    check_slices(path, shape_zyx[0])
+    size = "×".join(str(n) for n in reversed(shape_zyx))
+    of_scan = MOST_VOXELS if scan is None else max(_ALLOWED, _FINER * math.prod(scan.shape_zyx))
+    for count, most in ((layers, MOST_VOXELS), (1, of_scan)):
+        if count * math.prod(shape_zyx) > most:
+            raise VolprepError("VP1402", path=path, layers=count, size=size, most=most)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.progress import Progress
+from volprep_formats.grid import Grid
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.nrrd import open_layers
 from volprep_formats.readers.voxel_file import VoxelFile
@@ -28,14 +28,17 @@ def is_segmentation(keys: dict[str, str]) -> bool:
     return any(_FIELD.fullmatch(key) for key in keys)
 
 
-def read_seg_nrrd(path: Path, _progress: Progress) -> LabelVolume:
-    """Read a segmentation. Raises VP1100 to VP1103, VP1400 to VP1402, VP1407 and the errors of damaged voxels."""
+def read_seg_nrrd(path: Path, scan: Grid | None) -> LabelVolume:
+    """Read a segmentation; the grid of the scan limits its size.
+
+    Raises VP1100 to VP1103, VP1310, VP1400 to VP1402, VP1407 and the errors of damaged voxels.
+    """
     layered = open_layers(path, _MOST_LAYERS)
     try:
         shape, count = layered.grid.shape_zyx, layered.volumes
-        check_size(path, shape, count)
+        check_size(path, shape, count, scan)
         described = _described(path, layered.keys)
-        overlaps = Overlaps(path, shape, len(described))
+        overlaps = Overlaps(path, shape, len(described), scan)
         tables = _tables(path, described, count)
         for z in range(shape[0]):
             _read_slice(path, layered.voxels, z, overlaps, tables)
@@ -48,7 +51,11 @@ def read_seg_nrrd(path: Path, _progress: Progress) -> LabelVolume:
 def _read_slice(path: Path, voxels: VoxelFile, z: int, overlaps: Overlaps, tables: list[LabelArray]) -> None:
     """Read one slice of all layers, which are the fastest axis of the file."""
     stored = read_voxels(voxels, z, z + 1)[0]
-    wrong = (stored < 0) | (stored > _LARGEST_LABEL) | (stored != np.rint(stored))
+    if not stored.any():
+        return
+    wrong = (stored < 0) | (stored > _LARGEST_LABEL)
+    if stored.dtype.kind == "f":
+        wrong |= stored != np.rint(stored)
     if wrong.any():
         raise VolprepError("VP1407", path=path, value=float(stored[wrong][0]), z=z)
     numbers = stored.astype(np.uint16).reshape(stored.shape[0], -1, len(tables))
