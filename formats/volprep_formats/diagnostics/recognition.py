@@ -57,7 +57,7 @@ ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP1310": Diagnostic(
         ExitStatus.SOURCE,
-        "{path}: it has {count} slices, more than the {most} that a volume may have",
+        "{path}: it has {count} {axis}, more than the {most} that a volume may have",
         "The header is damaged, or its axes are exchanged. Cut a longer volume into parts.",
     ),
 }

@@ -15,7 +15,7 @@ from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.others import recognised
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
-from volprep_formats.readers.voxel_file import MOST_SLICES, check_slices
+from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
 
@@ -191,7 +191,7 @@ def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSourc
     """Open the source that `spec` describes; a relative path starts at `base`.
 
     Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of another
-    format), VP1310 (too many slices), and the errors of the reader.
+    format), VP1310 (too long an axis), and the errors of the reader.
     """
     source: VolumeSource = _open(spec, base, progress, "open_volume")
     return source
@@ -258,9 +258,11 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     info = source.nominal if isinstance(source, UnevenSource) else source.info
-    if info.grid.shape_zyx[0] > MOST_SLICES:
+    try:
+        check_axes(path, info.grid.shape_zyx)
+    except VolprepError:
         with source:
-            check_slices(path, info.grid.shape_zyx[0])
+            raise
     return source
 
 

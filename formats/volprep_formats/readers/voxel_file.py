@@ -17,8 +17,8 @@ from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuf
 
 MAX_DEFLATE_RATIO = 1032
 """No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
-MOST_SLICES = 2**16
-"""Rays along a scan are kept for all slices at once, and labels are read slice by slice."""
+LONGEST = {"slices": 2**16, "rows": 2**18, "columns": 2**18}
+"""Rays along a scan are kept whole, and labels are read slice by slice."""
 
 _SKIP_BYTES = 2**20
 
@@ -29,10 +29,11 @@ def is_gzip(path: Path) -> bool:
         return file.read(2) == b"\x1f\x8b"
 
 
-def check_slices(path: Path, count: int) -> None:
-    """Raise VP1310 if a volume has too many slices. A small packed file may hold any number of slices of one voxel."""
-    if count > MOST_SLICES:
-        raise VolprepError("VP1310", path=path, count=count, most=MOST_SLICES)
+def check_axes(path: Path, shape_zyx: tuple[int, int, int]) -> None:
+    """Raise VP1310 if a volume is too long. A small packed file may hold any number of slices of one voxel."""
+    for count, (axis, most) in zip(shape_zyx, LONGEST.items(), strict=True):
+        if count > most:
+            raise VolprepError("VP1310", path=path, count=count, axis=axis, most=most)
 
 
 class VoxelFile:
@@ -40,7 +41,7 @@ class VoxelFile:
 
     They are read from `stream` if given; otherwise from the file itself, unzipped if it starts with the gzip signature.
     If each voxel has several values beside each other, `values` is their number, and `value` the index of the one read.
-    Raises VP1310 for too many slices.
+    Raises VP1310 for too long an axis.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class VoxelFile:
         values: int = 1,
         value: int = 0,
     ) -> None:
-        check_slices(path, shape_zyx[0])
+        check_axes(path, shape_zyx)
         self.path = path
         self.dtype = dtype
         self.shape_zyx = shape_zyx

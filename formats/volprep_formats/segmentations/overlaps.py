@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.readers.voxel_file import check_slices
+from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.segmentations.records import MOST_VOXELS, LabelArray
 
 MOST_LABELS = 2**15 - 1
@@ -118,11 +118,11 @@ def count_of(labels: LabelArray, count: int) -> NDArray[np.int64]:
 
 
 def check_size(path: Path, shape_zyx: tuple[int, int, int], layers: int, scan: Grid | None) -> None:
-    """Raise VP1402 if layers of a grid have more voxels than a segmentation of a scan may have, VP1310 for its slices.
+    """Raise VP1310 for too long an axis, VP1402 if layers have more voxels than a segmentation of a scan may have.
 
     Segments may be finer than the scan, but a small file must not take much more memory than the scan.
     """
-    check_slices(path, shape_zyx[0])
+    check_axes(path, shape_zyx)
     size = "×".join(str(n) for n in reversed(shape_zyx))
     of_scan = MOST_VOXELS if scan is None else max(_ALLOWED, _FINER * math.prod(scan.shape_zyx))
     for count, most in ((layers, MOST_VOXELS), (1, of_scan)):
