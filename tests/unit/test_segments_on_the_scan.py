@@ -208,6 +208,13 @@ def test_what_lies_beyond_the_scan_is_told(fit):
     assert fit(lambda path: seg(path, [(1, (1, 2, 11), PLANE)])).remarks == ()
 
 
+@pytest.mark.parametrize("beside", [((101, 2.5), (102, 4.5)), ((1.25, 52), (2.5, 54)), ((-3, -4), (0, 1))])
+def test_a_structure_beside_the_scan_is_empty(fit, beside):
+    found = fit(lambda path: structure_set(path, [[ring_at(5.0)], [ring_at(5.0, *beside), ring_at(7.0, *beside)]]))
+    assert found.labels.max() == 1
+    assert found.volumes_ml == (pytest.approx(1.25 * 2.0 * 2.0 / 1000), 0.0)
+
+
 def test_the_flag_tells_cells_with_several_labels():
     labels = np.random.default_rng(8).choice([3, 3, 3, 3, 3, 200], (4, 5, 6)).astype(np.uint16)
     padded = np.pad(labels, [(0, 1)] * 3, "edge")

@@ -39,8 +39,10 @@ class CoveredSlice:
 
 def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> Iterator[CoveredSlice]:
     """Return each slice that the contours of a segment touch; `usual` is the distance of planes (`Planes.slabs`)."""
-    depth, *shape = _turned(shape_zyx, planes.axis)
-    corner, shape = _window(planes, shape)
+    depth, *of_slice = _turned(shape_zyx, planes.axis)
+    corner, shape = _window(planes, of_slice)
+    if 0 in shape:
+        return
     slabs = planes.slabs(usual)
     last: tuple[int, Float64Array] | None = None
     first = 0
@@ -62,11 +64,11 @@ def covered_slices(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]
             yield CoveredSlice(place, corner, share)
 
 
-def _window(planes: Planes, shape: Sequence[int]) -> tuple[tuple[int, int], tuple[int, int]]:
+def _window(planes: Planes, of_slice: Sequence[int]) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the first row and column of the pixels that contours touch, and how many rows and columns they take."""
     points = np.concatenate([ring for groups in planes.groups for group in groups for ring in group])
-    low = np.clip(np.floor(points.min(axis=0) + 0.5), 0, shape[::-1]).astype(int).tolist()
-    high = np.clip(np.ceil(points.max(axis=0) + 0.5), low, shape[::-1]).astype(int).tolist()
+    low = np.clip(np.floor(points.min(axis=0) + 0.5), 0, of_slice[::-1]).astype(int).tolist()
+    high = np.clip(np.ceil(points.max(axis=0) + 0.5), low, of_slice[::-1]).astype(int).tolist()
     return (low[1], low[0]), (high[1] - low[1], high[0] - low[0])
 
 
@@ -79,8 +81,8 @@ def _turned(shape_zyx: tuple[int, int, int], axis: int) -> tuple[int, int, int]:
 
 def steps_of(planes: Planes, usual: float, shape_zyx: tuple[int, int, int]) -> int:
     """Return how much work the contours of a segment are, in times of a pixel, without doing it."""
-    depth, *shape = _turned(shape_zyx, planes.axis)
-    corner, shape = _window(planes, shape)
+    depth, *of_slice = _turned(shape_zyx, planes.axis)
+    corner, shape = _window(planes, of_slice)
     steps = 0
     for (low, high), groups in zip(planes.slabs(usual), planes.groups, strict=True):
         starts, ends, _ = _edges(groups)
