@@ -9,8 +9,7 @@ from scene_builds import built
 from scipy.ndimage import minimum_filter
 from tamper_scenes import SCENE, write_kind
 
-from volprep.parts.hidden.runs import _numbered
-from volprep.parts.hidden.texels import flatten
+from volprep.parts.hidden_voxels import _numbered, flatten
 from volprep.render.choose import ray_caster_of
 from volprep.truth.camera import standard_views
 from volprep_formats.package.function_table import Table

@@ -7,7 +7,7 @@ from tamper_scenes import write_kind
 from tampering import Damaged, built
 
 import volprep.validation.fidelity as of
-from volprep.pipeline.fidelity import MeasuredFidelity
+from volprep.parts.fidelity.measured import MeasuredFidelity
 from volprep.truth.volume import Volume
 from volprep.validation.fidelity import fidelity_findings
 from volprep.validation.scan import find_scan, read_scan

@@ -9,6 +9,7 @@ from volprep.parts.bricks.part import PART as BRICKS
 from volprep.parts.classification.part import PART as CLASSIFICATION
 from volprep.parts.compression.part import PART as COMPRESSION
 from volprep.parts.editing.part import PART as EDITING
+from volprep.parts.fidelity.part import PART as FIDELITY
 from volprep.parts.flattened.part import PART as FLATTENED
 from volprep.parts.hybrid.part import PART as HYBRID
 from volprep.parts.layout.part import PART as LAYOUT
@@ -49,6 +50,7 @@ PARTS: tuple[Part, ...] = (
     SLICES,
     PROGRAMS,
     HYBRID,
+    FIDELITY,
 )
 
 

@@ -7,9 +7,7 @@ from volprep.parts.registry import PARTS
 from volprep.parts.stage import Stage, Work
 from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Contribution, PlanItem
-from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -20,29 +18,14 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
     return (plan,)
 
 
-def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
+def _run(draft: Draft, _plan: Plan, progress: Progress) -> Contribution:
     from volprep.pipeline.preview import preview_png  # noqa: PLC0415 - loads OpenGL, which no other stage needs
 
     progress.start("seal", 1)
     package = Package.open(draft.folder, allow_draft=True)
     draft.write(PREVIEW, "preview", preview_png(package))
-    fidelity = _fidelity(draft, package) if plan.fidelity else ()
     progress.advance()
-    return Contribution(preview=PREVIEW, fidelity=fidelity)
-
-
-def _fidelity(draft: Draft, package: Package) -> tuple[LevelFidelity, ...]:
-    """Measure each level with each transfer function. Raises the errors of drawing."""
-    from volprep.parts.source_field import source_field  # noqa: PLC0415 - as above
-    from volprep.pipeline import fidelity as of  # noqa: PLC0415 - as above
-
-    found: list[LevelFidelity] = []
-    for part in channel_packages(package).values():
-        manifest = part.manifest
-        projection = manifest.render.projection if manifest.render else "orthographic"
-        cameras = of.cameras_from(manifest.levels[0].grid, of.spiral(of.VIEWS), projection)
-        found += [of.stated(each) for each in of.measure(part, source_field(draft, manifest), cameras)]
-    return tuple(found)
+    return Contribution(preview=PREVIEW)
 
 
 def settled(draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from volprep.pipeline.fidelity import VIEWS as STATED_VIEWS
-from volprep.pipeline.fidelity import MeasuredFidelity, by_chance, cameras_from, measure
+from volprep.parts.fidelity.measured import VIEWS as STATED_VIEWS
+from volprep.parts.fidelity.measured import MeasuredFidelity, by_chance, cameras_from, measure
 from volprep.truth.volume import Volume
 from volprep.validation.records import Deviation
 from volprep_formats.package.channel_packages import channel_packages

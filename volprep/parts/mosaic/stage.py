@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from volprep.parts.hidden.texels import flattened_reader, flattening
+from volprep.parts.hidden_voxels import flattened_reader, flattening
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work, any_channel
 from volprep.parts.texels import encode_strip, volume_texture

@@ -5,7 +5,7 @@ from itertools import groupby
 
 import numpy as np
 
-from volprep.parts.hidden.texels import flattened_reader, flattening
+from volprep.parts.hidden_voxels import flattened_reader, flattening
 from volprep.parts.stage import Shapes, Stage, Work, any_channel
 from volprep.parts.texels import volume_texture
 from volprep.plan.records import ChannelPlan, VolumePlan

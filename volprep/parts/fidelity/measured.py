@@ -108,6 +108,14 @@ def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterat
             yield MeasuredFidelity(function.name, level.index, pixels, per_voxel, errors)
 
 
+def errors_of_views(package: Package, scan: Volume) -> Iterator[LevelFidelity]:
+    """Yield the statement of each level with each transfer function of a package of one channel."""
+    manifest = package.manifest
+    projection = manifest.render.projection if manifest.render else "orthographic"
+    cameras = cameras_from(manifest.levels[0].grid, spiral(VIEWS), projection)
+    return map(stated, measure(package, scan, cameras))
+
+
 def stated(found: MeasuredFidelity) -> LevelFidelity:
     """Return the record of the measurements, in three digits: two drivers may differ in the fourth."""
     largest = np.array([view.maximum for view in found.views])

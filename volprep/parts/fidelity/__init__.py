@@ -1,0 +1,1 @@
+"""Statements of how near pictures are to the scan."""
