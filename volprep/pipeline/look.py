@@ -64,9 +64,7 @@ def look_at(request: Request) -> ScanPreview:
     except VolprepError as error:
         prepared = prepared.after(error)
         info, planes, places = _first_planes(prepared)
-    colours = None
-    if prepared.scene.colour is not None:
-        colours, planes = _colours(prepared.channels[0].spec, places)
+    colours, planes = _colours(prepared.channels[0].spec, places) or (None, planes)
     depth = info.grid.shape_zyx[0]
     z_mm, y_mm, x_mm = info.grid.extent_mm_zyx
     shown = planes if colours is None else colours
@@ -98,9 +96,13 @@ def _first_planes(prepared: Prepared) -> tuple[SourceInfo, Float64Array, NDArray
     return next((info, *_planes(source)) for _, info, source in prepared.sources(Silent()))
 
 
-def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, Float64Array]:
-    """Return sRGB colours on black [slice, y, x, 3], and shares of the largest extinction [slice, y, x]."""
-    assert spec.colour is not None  # noqa: S101 - a channel of a volume in colour
+def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, Float64Array] | None:
+    """Return sRGB colours on black [slice, y, x, 3], and shares of the largest extinction [slice, y, x].
+
+    None for a channel that is not in colour.
+    """
+    if spec.colour is None:
+        return None
     every = spec.model_copy(update={"colour": spec.colour.model_copy(update={"part": "all"})})
     with open_scan(every, Path("/"), Silent()) as source:
         # Four numbers of 64 bits for each pixel: large pictures are thinned.

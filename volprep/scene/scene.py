@@ -434,10 +434,11 @@ class Scene(Record):
 
     @model_validator(mode="after")
     def _colour_has_its_own_functions(self) -> Self:
-        if self.colour is None and self.render.classification == "colour":
+        in_colour = self.colour is not None
+        if not in_colour and self.render.classification == "colour":
             msg = "render.classification colour needs the table [colour]"
             raise ValueError(msg)
-        if self.colour is not None and tuple(each.name for each in self.transfer) != PARTS:
+        if in_colour and tuple(each.name for each in self.transfer) != PARTS:
             msg = "[colour] has its own transfer functions, so the scene has no [[transfer]]"
             raise ValueError(msg)
         return self

@@ -40,9 +40,8 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    segments = plan.part(SegmentsPlan)
-    labelled = () if segments is None else (segments, plan.shared.crop)
-    return (*present(plan.part(SubvolumesPlan)), plan.quantize, *plan.transfer_functions, *plan.tables, *labelled)
+    parts = present(plan.part(SubvolumesPlan), plan.part(SegmentsPlan))
+    return (*parts, plan.quantize, *plan.transfer_functions, *plan.tables, plan.shared.crop)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
