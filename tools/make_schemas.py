@@ -16,8 +16,8 @@ from volprep.lab.walk.study import WalkReport
 from volprep.plan.device_records import DeviceRecord
 from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
-from volprep.validation.report_record import Report
-from volprep.validation.truth_records import TruthIndex
+from volprep.validation.results.report import Report
+from volprep.validation.results.truth import TruthIndex
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 

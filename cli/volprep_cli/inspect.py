@@ -46,7 +46,7 @@ def inspect(
     --picture, a picture of the slices of a level is written instead; with --figure, a picture of the layout of the
     volume in space.
     """
-    from volprep.validation.right_up_to import right_up_to_pixels
+    from volprep.validation.verdicts.sizes import right_up_to_pixels
     from volprep_cli.inspect_tables import tables_of
     from volprep_formats.package.reader import Package
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from volprep.report.study import Study
-    from volprep.validation.records import EmptySpace, ProgramResult, TracedLight
-    from volprep.validation.report_record import Report
-    from volprep.validation.seen_records import OtherDrawing, SeenNumbers
-    from volprep.validation.times import Milliseconds
+    from volprep.validation.results.measurements import EmptySpace, ProgramResult, TracedLight
+    from volprep.validation.results.report import Report
+    from volprep.validation.results.seen import OtherDrawing, SeenNumbers
+    from volprep.validation.timing.turns import Milliseconds
     from volprep.validation.witness.records import Witness
 
 ReportFolder = Annotated[
@@ -117,7 +117,7 @@ def validate(
     from volprep.report.validate import validate as validate_package
     from volprep.report.verdict_words import unsound_levels
     from volprep.validation.folder import STUDIES, default_report_path
-    from volprep.validation.verdict_errors import error_of_verdict
+    from volprep.validation.verdicts.errors import error_of_verdict
 
     folder = report or default_report_path(package)
     studies = _studies(curves=curves, ablate=ablate)
@@ -157,7 +157,7 @@ def _studies(*, curves: bool, ablate: bool) -> "list[Study]":
 
 def _check(package: Path, *, as_json: bool) -> None:
     from volprep.pipeline.remarks import warnings
-    from volprep.validation.whole import open_whole
+    from volprep.validation.checks.consistency import open_whole
     from volprep_formats.package.check import data_of_others
 
     whole = open_whole(package)
@@ -328,7 +328,7 @@ def _judgement(other: "OtherDrawing") -> str:
 
 def _worst(views: "Sequence[SeenNumbers]") -> str:
     """Return the worst of the numbers of some views: those in which the box reference was drawn."""
-    from volprep.validation.seen_records import least_light
+    from volprep.validation.results.seen import least_light
 
     if not views:
         return "–"

@@ -37,7 +37,7 @@ def zip_package(
     All verbs that read packages also read this file. Unzipping it gives the folder back. --texels zstd makes it smaller
     for web pages; formats/c/volpkg.h, which uses textures in place, needs --texels plain.
     """
-    from volprep.validation.whole import open_whole
+    from volprep.validation.checks.consistency import open_whole
     from volprep_formats.output import new_file, require_place
     from volprep_formats.package.storage.files import MANIFEST
     from volprep_formats.package.storage.single_file import write_single_file

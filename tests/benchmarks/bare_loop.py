@@ -5,7 +5,7 @@ caster takes beyond its time is the price of the picture; no shader that takes a
 """
 
 from volprep.shading.program import compose_program
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package
 

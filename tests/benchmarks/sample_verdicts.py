@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 
 SAMPLES = Path(__file__).parents[2] / "sample_specs"
 _ENGINE, _HEAD = "engine_pair/data/*.raw.gz", "mr_t1_studyforrest/dicoms"

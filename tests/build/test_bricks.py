@@ -15,7 +15,7 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
-from volprep.validation.uncut import uncut
+from volprep.validation.timing.full_rays import uncut
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels

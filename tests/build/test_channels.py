@@ -22,7 +22,7 @@ from volprep.scene.channels import ONLY_CHANNEL, drawn_channels, left_out, with_
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
 from volprep.truth.decoded import level_volume
-from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.subjects.scan import find_scan, read_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel_packages import channel_packages, package_of_transfer
 from volprep_formats.package.channels import channel_views

@@ -21,7 +21,7 @@ from volprep.plan.item_kinds import BEYOND
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request, request_for_source
 from volprep.scene.scene import Scene, load_scene
-from volprep.validation.scan import find_scan
+from volprep.validation.subjects.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.package.rules import contradictions

@@ -14,7 +14,7 @@ from volprep.render.renderer import Renderer
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.scene import Scene
-from volprep.validation.uncut import unskipped
+from volprep.validation.timing.full_rays import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.check import check

@@ -24,8 +24,8 @@ from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
-from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import Subject, errors
+from volprep.validation.subjects.scan import find_scan, read_scan
+from volprep.validation.subjects.subject import Subject, errors
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import channel_packages

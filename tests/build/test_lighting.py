@@ -10,7 +10,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.volume import Medium
-from volprep.validation.uncut import unskipped
+from volprep.validation.timing.full_rays import unskipped
 from volprep_formats.diagnostics import VolprepError
 
 SHAPE_ZYX = (26, 34, 36)

@@ -9,7 +9,7 @@ from scene_builds import view_of
 
 from volprep.render.cut import cut
 from volprep.render.renderer import Renderer
-from volprep.validation.uncut import uncut
+from volprep.validation.timing.full_rays import uncut
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels

@@ -16,7 +16,7 @@ from volprep.pipeline.prepare import prepare
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.decoded import level_volume
-from volprep.validation.uncut import uncut
+from volprep.validation.timing.full_rays import uncut
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

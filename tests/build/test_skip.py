@@ -20,7 +20,7 @@ from volprep.render.renderer import Renderer
 from volprep.scan.block_ranges import BlockRanges
 from volprep.scene.request import load_request
 from volprep.scene.scene import SkipSettings, changed
-from volprep.validation.uncut import uncut
+from volprep.validation.timing.full_rays import uncut
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

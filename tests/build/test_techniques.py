@@ -49,7 +49,7 @@ def measured(package, folder):
     """What validation finds, without its page."""
     for name in ("report/pictures", "scratch"):
         (folder / name).mkdir(parents=True)
-    with patch("volprep.validation.sweep._RATIOS", (4.0, 2.0, 1.0)):
+    with patch("volprep.validation.timing.sweep._RATIOS", (4.0, 2.0, 1.0)):
         return measure_package(package.path, ReportFolder(folder / "report"), folder / "scratch", Silent())
 
 

@@ -16,8 +16,8 @@ from volprep.pipeline.prepare import prepare
 from volprep.pipeline.preview import preview_png
 from volprep.scene.request import load_request
 from volprep.scene.scene import load_scene
-from volprep.validation.subject import DRAFT_TOLERANCE
-from volprep.validation.uncut import uncut, unskipped
+from volprep.validation.subjects.subject import DRAFT_TOLERANCE
+from volprep.validation.timing.full_rays import uncut, unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.check import check

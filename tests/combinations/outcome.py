@@ -10,7 +10,7 @@ from volprep.pipeline.build import build, plan_build
 from volprep.plan.item_kinds import BEYOND
 from volprep.scene.request import load_request
 from volprep.validation.folder import report_folder
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package

@@ -10,10 +10,10 @@ from web_scenes import SCENES
 from volprep.parts.editing.inputs import FunctionEdit
 from volprep.parts.light import solve
 from volprep.render.renderer import Renderer
-from volprep.validation.clock import Clock
-from volprep.validation.edits_and_cuts import judge_edit
-from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import Subject
+from volprep.validation.comparison.edits_and_cuts import judge_edit
+from volprep.validation.subjects.scan import find_scan, read_scan
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.clock import Clock
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.progress import Silent

@@ -58,7 +58,7 @@ def _found(scene: Path, folder: Path) -> dict[str, object]:
 def _witnesses(*given: Any) -> Iterator[list[str]]:
     """Return what the second reading, and then VTK, has to say."""
     from volprep.validation import run
-    from volprep.validation.sweep import SWEEP_VIEW
+    from volprep.validation.timing.sweep import SWEEP_VIEW
     from volprep.validation.witness.judge import ask_witness
 
     *_, measured, scratch = given

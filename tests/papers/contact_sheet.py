@@ -21,7 +21,7 @@ from volprep.truth.camera import standard_views
 from volprep.truth.picture import encoded
 from volprep.truth.volume import Medium
 from volprep.truth.volume import Volume as Field
-from volprep.validation.same_field import part_of
+from volprep.validation.subjects.same_field import part_of
 from volprep_formats.arrays import Float32Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid

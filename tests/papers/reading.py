@@ -8,7 +8,7 @@ import re
 
 from volprep.techniques import TECHNIQUES
 from volprep.truth.camera import standard_views
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.program import TechniqueName
 from volprep_formats.package.reader import Package

@@ -14,7 +14,7 @@ from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
 from volprep.shading.program import compose_program
 from volprep.truth.camera import standard_views
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.program import Program

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.package.reader import Package
 
 from .bench import Bench, View

@@ -24,10 +24,10 @@ from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep.shading import program
 from volprep.truth.decoded import level_volume
-from volprep.validation import edits_and_cuts
-from volprep.validation.clock import Clock
-from volprep.validation.edits_and_cuts import judge_cut, random_cut
-from volprep.validation.labelled_subject import LabelledSubject
+from volprep.validation.comparison import edits_and_cuts
+from volprep.validation.comparison.edits_and_cuts import judge_cut, random_cut
+from volprep.validation.subjects.labelled import LabelledSubject
+from volprep.validation.timing.clock import Clock
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.level_texels import level_texels

@@ -9,7 +9,7 @@ from judged import validate
 from segment_scan import AFFINE, TINTS, built, drawn, write_segments
 
 from volprep.truth.decoded import level_volume
-from volprep.validation.labelled_subject import LabelledSubject
+from volprep.validation.subjects.labelled import LabelledSubject
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.parts.segments.texels import held_labels

@@ -13,7 +13,7 @@ from volprep.render.choose import renderer_of
 from volprep.render.slices import SliceRenderer, _back_to_front
 from volprep.truth.camera import standard_views, view_from
 from volprep.truth.stacks import stack_picture
-from volprep.validation.rays import chords_mm
+from volprep.validation.timing.rays import chords_mm
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.slices.texels import slice_texels

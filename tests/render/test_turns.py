@@ -13,7 +13,7 @@ from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
 from volprep.render.turns import CERTAIN_TURNS, counted_turns, step_mm_of_turns, turns_of_rays
 from volprep.scene.scene import ProxySettings
-from volprep.validation.uncut import unskipped
+from volprep.validation.timing.full_rays import unskipped
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 

@@ -3,7 +3,7 @@
 import pytest
 from sample_report import report_of
 
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 
 
 @pytest.fixture(scope="session")

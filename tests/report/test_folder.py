@@ -8,7 +8,7 @@ import OpenImageIO
 import pytest
 
 from volprep.validation.folder import DATA_FILE, PAGE_FILE, PICTURES, report_folder
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep_formats.diagnostics import VolprepError
 
 PICTURE = np.arange(16 * 17 * 3, dtype=np.uint8).reshape(16, 17, 3)

@@ -14,7 +14,7 @@ from volprep.report import environment as environment_module
 from volprep.report.environment import environment
 from volprep.report.page import page
 from volprep.report.text import kept_light, number
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.readers import READERS, title_of
 from volprep_formats.source import SourceFormat

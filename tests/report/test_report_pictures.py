@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from volprep.validation.pictures import coloured, colours, css_colour, gain_for, largest_difference
+from volprep.validation.comparison.colours import coloured, colours, css_colour, gain_for, largest_difference
 
 
 def test_the_difference_is_that_of_the_worst_channel_with_alpha() -> None:

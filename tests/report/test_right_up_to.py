@@ -6,8 +6,8 @@ import pytest
 from sample_report import level_drawing, seen
 
 from volprep.validation.folder import default_report_path, report_folder
-from volprep.validation.report_record import Report
-from volprep.validation.right_up_to import right_up_to_pixels
+from volprep.validation.results.report import Report
+from volprep.validation.verdicts.sizes import right_up_to_pixels
 from volprep_cli.inspect_tables import tables_of
 from volprep_formats.package.digest import manifest_sha256
 

@@ -3,8 +3,8 @@
 import pytest
 from sample_report import in_full, level_drawing, level_view, report_of, seen
 
-from volprep.validation.report_record import Report
-from volprep.validation.verdict import is_worse, judge, may_be_preview, passes, share_of
+from volprep.validation.results.report import Report
+from volprep.validation.verdicts.verdict import is_worse, judge, may_be_preview, passes, share_of
 from volprep_formats.package.manifest import LevelTolerance, Tolerance
 
 LIMITS = Tolerance(rmse=0.01, maximum=0.25, flip=0.03, kept_light=0.75)

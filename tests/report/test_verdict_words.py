@@ -4,9 +4,15 @@ import pytest
 
 from tests.support.sample_report import level_drawing, report_of, seen
 from volprep.report.verdict_words import unsound_levels, verdict_lines
-from volprep.validation.outcomes import FinestOutcome, LevelOutcome, LostContrast, LostStructures, level_outcomes
-from volprep.validation.seen_records import KeptStyle, LostThings
-from volprep.validation.verdict import Verdict
+from volprep.validation.results.seen import KeptStyle, LostThings
+from volprep.validation.verdicts.outcomes import (
+    FinestOutcome,
+    LevelOutcome,
+    LostContrast,
+    LostStructures,
+    level_outcomes,
+)
+from volprep.validation.verdicts.verdict import Verdict
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance

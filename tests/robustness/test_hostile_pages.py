@@ -25,7 +25,7 @@ from volprep.lab.stress.page import stress_page
 from volprep.lab.stress.records import StressReport
 from volprep.lab.studies import ABLATION, CURVES
 from volprep.report.page import page as report_page
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep.view.export import write_page_file
 from volprep.view.site import shown_with
 from volprep_formats.progress import Silent

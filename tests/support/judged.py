@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from volprep.report import validate as complete
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress, Silent
 

@@ -17,7 +17,7 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.phantoms import sampled
 from volprep.truth.volume import Medium, Volume
-from volprep.validation.order import OrderFacts
+from volprep.validation.timing.order import OrderFacts
 from volprep_formats.package.parts.subvolumes.record import decode_grid
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package

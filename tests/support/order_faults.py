@@ -9,7 +9,7 @@ from order_scans import camera
 from volprep.compositing import COMPOSITINGS
 from volprep.lab.stress.combinations import Way
 from volprep.truth.laws import broken_laws
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.package.program import Blend, Program
 from volprep_formats.package.reader import Package
 

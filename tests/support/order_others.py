@@ -28,7 +28,7 @@ from volprep.truth.decoded import level_volume, table_function
 from volprep.truth.phantoms import sampled
 from volprep.truth.stacks import stack_picture
 from volprep.truth.volume import Medium, Volume
-from volprep.validation.labelled_subject import LabelledSubject
+from volprep.validation.subjects.labelled import LabelledSubject
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.parts.slices.texels import slice_texels

@@ -4,7 +4,7 @@ import numpy as np
 from tiny_packages import function
 
 from volprep.plan.form_trial import FormTrial
-from volprep.validation.records import (
+from volprep.validation.results.measurements import (
     Breakdown,
     Convergence,
     Driver,
@@ -19,8 +19,8 @@ from volprep.validation.records import (
     ViewPictures,
     ViewResult,
 )
-from volprep.validation.report_record import Cost, PackageFacts, Report
-from volprep.validation.seen_records import (
+from volprep.validation.results.report import Cost, PackageFacts, Report
+from volprep.validation.results.seen import (
     FullSize,
     KeptLight,
     LeastKept,
@@ -29,8 +29,8 @@ from volprep.validation.seen_records import (
     SeenNumbers,
     SizeErrors,
 )
-from volprep.validation.times import Milliseconds
-from volprep.validation.verdict import judge, passes
+from volprep.validation.timing.turns import Milliseconds
+from volprep.validation.verdicts.verdict import judge, passes
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Channel, Level, Quantization, SourceRecord, Statistics
 from volprep_formats.package.manifest import FileRecord, Manifest, PlanItem, RenderSettings, Tolerance

@@ -11,7 +11,7 @@ from volprep.plan.records import Plan
 from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.truth.camera import Projection, standard_views
-from volprep.validation.uncut import unskipped
+from volprep.validation.timing.full_rays import unskipped
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -11,10 +11,10 @@ import numpy as np
 import scene_builds
 
 from volprep.pipeline.origin import origin_path
+from volprep.validation.checks.consistency import open_whole
+from volprep.validation.comparison.preview import preview_findings
 from volprep.validation.exact.derive import derive
-from volprep.validation.preview import preview_findings
-from volprep.validation.scan import find_scan
-from volprep.validation.whole import open_whole
+from volprep.validation.subjects.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL

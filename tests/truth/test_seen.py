@@ -11,7 +11,7 @@ from volprep.truth.kept_light import lost_things, small_things
 from volprep.truth.metrics import picture_error
 from volprep.truth.opening import disk_of, opened
 from volprep.truth.seen import in_8_bits, seen_error, seen_flip
-from volprep.validation.seen import seen_numbers
+from volprep.validation.comparison.seen import seen_numbers
 
 SIZE = 96
 

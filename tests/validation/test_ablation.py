@@ -23,10 +23,10 @@ from volprep.lab.studies import ABLATION
 from volprep.pipeline import make_plan
 from volprep.plan.crop import choose_crop
 from volprep.scene.scene import Scene
-from volprep.validation.records import Driver
-from volprep.validation.report_record import PackageFacts, Report
-from volprep.validation.scan import find_scan
-from volprep.validation.verdict import Verdict
+from volprep.validation.results.measurements import Driver
+from volprep.validation.results.report import PackageFacts, Report
+from volprep.validation.subjects.scan import find_scan
+from volprep.validation.verdicts.verdict import Verdict
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance

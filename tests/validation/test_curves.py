@@ -24,7 +24,7 @@ from volprep.lab.studies import CURVES
 from volprep.lab.variants import with_changes
 from volprep.report.validate import validate
 from volprep.scene.scene import Scene
-from volprep.validation.scan import find_scan
+from volprep.validation.subjects.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
@@ -181,7 +181,7 @@ def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, t
 
 def stub(package):
     """A report of which only the manifest is read."""
-    from volprep.validation.report_record import PackageFacts, Report
+    from volprep.validation.results.report import PackageFacts, Report
 
     facts = PackageFacts.model_construct(manifest=Package.open(package).manifest)
     return Report.model_construct(package=facts)

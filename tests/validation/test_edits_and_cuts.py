@@ -7,15 +7,15 @@ import pytest
 from tamper_scenes import write_kind
 from tampering import built
 
-import volprep.validation.edits_and_cuts as judged_module
+import volprep.validation.comparison.edits_and_cuts as judged_module
 from volprep.parts.editing.inputs import FunctionEdit
 from volprep.render.cut import Cut
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
-from volprep.validation.clock import Clock
-from volprep.validation.edits_and_cuts import edited, judge_cut, judge_edit, random_cut
-from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import Subject
+from volprep.validation.comparison.edits_and_cuts import edited, judge_cut, judge_edit, random_cut
+from volprep.validation.subjects.scan import find_scan, read_scan
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.clock import Clock
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

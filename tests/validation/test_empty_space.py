@@ -13,9 +13,9 @@ from scene_builds import built
 from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
-from volprep.validation.rays import settled
-from volprep.validation.records import EmptySpace
-from volprep.validation.report_record import Report
+from volprep.validation.results.measurements import EmptySpace
+from volprep.validation.results.report import Report
+from volprep.validation.timing.rays import settled
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2

@@ -16,10 +16,10 @@ from every_kind import SCENES
 from long_runs import LONG
 from tampering import built
 
+from volprep.validation.checks.consistency import open_whole
 from volprep.validation.exact import derive as derivation
 from volprep.validation.exact.findings import findings_of
-from volprep.validation.scan import find_scan
-from volprep.validation.whole import open_whole
+from volprep.validation.subjects.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.package.reader import Package

@@ -6,11 +6,11 @@ import pytest
 from tamper_scenes import write_kind
 from tampering import Damaged, built
 
-import volprep.validation.fidelity as of
+import volprep.validation.checks.fidelity as of
 from volprep.parts.fidelity.measured import MeasuredFidelity
 from volprep.truth.volume import Volume
-from volprep.validation.fidelity import fidelity_findings
-from volprep.validation.scan import find_scan, read_scan
+from volprep.validation.checks.fidelity import fidelity_findings
+from volprep.validation.subjects.scan import find_scan, read_scan
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -16,8 +16,8 @@ from volprep.scene.scene import NormalSettings
 from volprep.truth.normal_codes import decoded, interpolated
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.volume import Volume
-from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import DRAFT_TOLERANCE, Subject, errors
+from volprep.validation.subjects.scan import find_scan, read_scan
+from volprep.validation.subjects.subject import DRAFT_TOLERANCE, Subject, errors
 from volprep_formats.package.level_texels import level_texels
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny_packages import function
 
-from volprep.validation.order import OrderFacts, convergence
+from volprep.validation.timing.order import OrderFacts, convergence
 from volprep_formats.package.transfer_function import TransferFunction
 
 STEPS_MM = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)

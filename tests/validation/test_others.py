@@ -13,14 +13,14 @@ from tampering import built
 
 from volprep.parts.levels import preview
 from volprep.report.page import page
-from volprep.validation import others
-from volprep.validation.clock import Clock
+from volprep.validation.comparison import coarse_levels as others
+from volprep.validation.comparison.coarse_levels import unproved
+from volprep.validation.comparison.pixels import Picture
 from volprep.validation.folder import ReportFolder
-from volprep.validation.others import unproved
-from volprep.validation.pixels import Picture
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
+from volprep.validation.results.seen import OtherView
 from volprep.validation.run import measure_package
-from volprep.validation.seen_records import OtherView
+from volprep.validation.timing.clock import Clock
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.progress import Silent
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from volprep.truth.camera import standard_views
-from volprep.validation.pixels import errors_by_size, judged_level
+from volprep.validation.comparison.pixels import errors_by_size, judged_level
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Tolerance

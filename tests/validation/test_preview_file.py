@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from volprep.validation import preview
+from volprep.validation.comparison import preview
 from volprep_formats.png import png_bytes, png_problem
 
 HEIGHT, WIDTH = 37, 53

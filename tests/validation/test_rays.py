@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from volprep.truth.camera import standard_views
-from volprep.validation.rays import chords_mm, samples
+from volprep.validation.timing.rays import chords_mm, samples
 from volprep_formats.grid import Grid
 
 TURN = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])

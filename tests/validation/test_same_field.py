@@ -9,7 +9,13 @@ from tiny_packages import function
 from volprep.truth.camera import standard_views
 from volprep.truth.lit import Lit, ShaderSlopes
 from volprep.truth.volume import Volume
-from volprep.validation.same_field import camera_of_every, camera_of_pixels, changed_voxels, part_of, pixels_around
+from volprep.validation.subjects.same_field import (
+    camera_of_every,
+    camera_of_pixels,
+    changed_voxels,
+    part_of,
+    pixels_around,
+)
 from volprep_formats.grid import Grid
 from volprep_formats.package.program import Light
 

@@ -19,7 +19,7 @@ from tamper_scenes import KINDS, write_kind
 from tampering import Damaged, built, told
 
 from volprep.pipeline.origin import origin_path
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep_formats.diagnostics import ExitStatus
 from volprep_formats.grid import Grid
 from volprep_formats.meshes import read_glb, write_glb

@@ -19,12 +19,13 @@ from volprep.truth.camera import standard_views
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.picture import encoded
 from volprep.truth.volume import Volume
-from volprep.validation import others, views
+from volprep.validation.comparison import coarse_levels as others
+from volprep.validation.comparison import views
 from volprep.validation.folder import default_report_path
-from volprep.validation.report_record import Report
-from volprep.validation.scan import find_scan, read_scan
-from volprep.validation.subject import DRAFT_TOLERANCE
-from volprep.validation.verdict import share_of
+from volprep.validation.results.report import Report
+from volprep.validation.subjects.scan import find_scan, read_scan
+from volprep.validation.subjects.subject import DRAFT_TOLERANCE
+from volprep.validation.verdicts.verdict import share_of
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.reader import Package

@@ -18,10 +18,10 @@ from volprep.report.page import page
 from volprep.scene.presets import load_preset
 from volprep.truth.camera import standard_views
 from volprep.truth.volume import Medium, Volume
-from volprep.validation.report_record import Report
-from volprep.validation.verdict import judge
-from volprep.validation.verdict_errors import error_of_verdict
-from volprep.validation.views import Statement
+from volprep.validation.comparison.views import Statement
+from volprep.validation.results.report import Report
+from volprep.validation.verdicts.errors import error_of_verdict
+from volprep.validation.verdicts.verdict import judge
 from volprep.validation.witness import second_reading
 from volprep.validation.witness.independent.scan import CannotWitnessError
 from volprep.validation.witness.independent.scene import read_scene

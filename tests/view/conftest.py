@@ -9,7 +9,7 @@ from phantom_scene import write_phantom_scene
 from scene_builds import built
 
 from volprep.validation.folder import default_report_path
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 
 SIZE = 48
 

@@ -8,8 +8,8 @@ import pytest
 
 from volprep.truth.camera import standard_views
 from volprep.truth.decoded import level_volume
-from volprep.validation.subject import Subject
-from volprep.validation.truth_records import TruthIndex
+from volprep.validation.results.truth import TruthIndex
+from volprep.validation.subjects.subject import Subject
 from volprep_formats.light_pictures import light_bytes
 from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.package.reader import Package

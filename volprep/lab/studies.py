@@ -10,7 +10,7 @@ from volprep.lab.curves.measure import measure_curves
 from volprep.lab.curves.page import curves_page
 from volprep.lab.curves.records import CurvesReport
 from volprep.report.study import Study
-from volprep.validation.scan import Judge, find_scan
+from volprep.validation.subjects.scan import Judge, find_scan
 from volprep_formats.output import new_folder
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package

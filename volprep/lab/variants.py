@@ -12,7 +12,7 @@ from volprep.pipeline.build import build
 from volprep.scene.channels import SceneChannel, drawn_channels
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
-from volprep.validation.scan import Judge
+from volprep.validation.subjects.scan import Judge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package

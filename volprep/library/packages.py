@@ -15,7 +15,7 @@ from volprep.pipeline.build import build, plan_build
 from volprep.plan.records import Plan
 from volprep.scene.request import Request, request_of
 from volprep.validation.folder import default_report_path
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.installation import require_extra
 from volprep_formats.output import new_file, output_errors

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from volprep.plan.device_records import DevicePoint, DeviceProgram, DeviceRecord
 from volprep.report.canvas import Plot
 from volprep.report.plots import DeviceCurve, curves_against_time
-from volprep.validation.records import ProgramResult
-from volprep.validation.report_record import Report
+from volprep.validation.results.measurements import ProgramResult
+from volprep.validation.results.report import Report
 from volprep_formats.shown import shown
 
 _LONGEST_LABEL = 30

@@ -8,7 +8,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 
 from volprep.report import text
-from volprep.validation.pictures import css_colour
+from volprep.validation.comparison.colours import css_colour
 from volprep_formats.content_policy import source_digest
 
 _TEMPLATES = Path(__file__).parent / "templates"

@@ -17,10 +17,10 @@ from volprep.report.plots import (
 )
 from volprep.report.study import Study
 from volprep.report.verdict_words import SEEN_FROM, verdict_lines
+from volprep.validation.comparison.colours import colours, css_bytes
 from volprep.validation.folder import STUDIES
-from volprep.validation.pictures import colours, css_bytes
-from volprep.validation.records import ProgramResult, SweepPoint, ViewResult, WayName
-from volprep.validation.report_record import Report
+from volprep.validation.results.measurements import ProgramResult, SweepPoint, ViewResult, WayName
+from volprep.validation.results.report import Report
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.readers import title_of

@@ -14,11 +14,11 @@ from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import SHARE
 from volprep.report.canvas import LIMIT, MARKERS, MUTED, PAGE, SERIES, Plot, across, logarithmic, plot
 from volprep.report.text import ratio
-from volprep.validation.pictures import css_colour
-from volprep.validation.records import LevelFloor, ProgramResult, Sweep, SweepPoint
-from volprep.validation.report_record import Report
-from volprep.validation.times import Milliseconds
-from volprep.validation.verdict import share_of_errors
+from volprep.validation.comparison.colours import css_colour
+from volprep.validation.results.measurements import LevelFloor, ProgramResult, Sweep, SweepPoint
+from volprep.validation.results.report import Report
+from volprep.validation.timing.turns import Milliseconds
+from volprep.validation.verdicts.verdict import share_of_errors
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction

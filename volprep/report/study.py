@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.validation.scan import Judge
+from volprep.validation.subjects.scan import Judge
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record

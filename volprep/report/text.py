@@ -2,7 +2,7 @@
 
 from math import floor, log10
 
-from volprep.validation.seen_records import SeenNumbers
+from volprep.validation.results.seen import SeenNumbers
 
 _CERTAIN = 0.05
 """Uncertainty of kept light up to which a number stands alone."""

@@ -9,9 +9,9 @@ from volprep.plan.device_files import read_devices
 from volprep.report.page import page
 from volprep.report.study import Study
 from volprep.validation.folder import report_folder
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep.validation.run import measure_package
-from volprep.validation.scan import find_scan
+from volprep.validation.subjects.scan import find_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.progress import Progress

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from volprep.validation.outcomes import FinestOutcome, LevelOutcome
-from volprep.validation.verdict import Verdict
+from volprep.validation.verdicts.outcomes import FinestOutcome, LevelOutcome
+from volprep.validation.verdicts.verdict import Verdict
 
 SEEN_FROM = {
     "anterior": "seen from the front",

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from volprep.validation.clock import Clock
 from volprep.validation.folder import ReportFolder
-from volprep.validation.subject import Subject
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.clock import Clock
 from volprep_formats.progress import Progress
 
 

@@ -17,30 +17,36 @@ from volprep.plan.level_choice import LevelChoice
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
-from volprep.validation.clock import Clock
-from volprep.validation.empty_space import measure_empty_space, ways_of
+from volprep.validation.checks.consistency import open_whole
+from volprep.validation.checks.fidelity import fidelity_findings
+from volprep.validation.checks.traced_light import measure_cut_light, measure_light
+from volprep.validation.comparison.coarse_levels import judge_others, unproved
+from volprep.validation.comparison.kept_light import kept_light
+from volprep.validation.comparison.level_comparison import compare_levels
+from volprep.validation.comparison.preview import preview_findings
+from volprep.validation.comparison.references import References, draw_references
+from volprep.validation.comparison.slices import measure_slices
+from volprep.validation.comparison.truth import write_truth
+from volprep.validation.comparison.views import (
+    MeasuredPrograms,
+    Statement,
+    ViewedProgram,
+    draw_differences,
+    measure_views,
+)
 from volprep.validation.exact.derive import Derived, derive
 from volprep.validation.exact.findings import error_of
-from volprep.validation.fidelity import fidelity_findings
 from volprep.validation.folder import PICTURES, ReportFolder
-from volprep.validation.kept_light import kept_light
-from volprep.validation.labelled_subject import LabelledSubject
-from volprep.validation.levels import compare_levels
-from volprep.validation.others import judge_others, unproved
-from volprep.validation.preview import preview_findings
-from volprep.validation.records import Derivation, ProgramResult
-from volprep.validation.references import References, draw_references
-from volprep.validation.report_record import Cost, PackageFacts, Report
-from volprep.validation.scan import Judge, find_scan
-from volprep.validation.seen_records import KeptLight, as_order
-from volprep.validation.slices import measure_slices
-from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW, measure_sweep, nominal_time
-from volprep.validation.traced_light import measure_cut_light, measure_light
-from volprep.validation.truth_pictures import write_truth
-from volprep.validation.verdict import judge
-from volprep.validation.views import MeasuredPrograms, Statement, ViewedProgram, draw_differences, measure_views
-from volprep.validation.whole import open_whole
+from volprep.validation.results.measurements import Derivation, ProgramResult
+from volprep.validation.results.report import Cost, PackageFacts, Report
+from volprep.validation.results.seen import KeptLight, as_order
+from volprep.validation.subjects.labelled import LabelledSubject
+from volprep.validation.subjects.scan import Judge, find_scan
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.clock import Clock
+from volprep.validation.timing.empty_space import measure_empty_space, ways_of
+from volprep.validation.timing.sweep import SWEEP_VIEW, measure_sweep, nominal_time
+from volprep.validation.verdicts.verdict import judge
 from volprep.validation.witness.judge import ask_witness
 from volprep.validation.witness.records import Witness
 from volprep.validation.witness.second_reading import SecondReading, read_again

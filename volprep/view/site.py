@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from volprep.validation.folder import DATA_FILE, TRUTH, is_report_of
-from volprep.validation.truth_records import TRUTH_FILE, TruthIndex
+from volprep.validation.results.truth import TRUTH_FILE, TruthIndex
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.javascript import stripped
 from volprep_formats.package.digest import manifest_sha256

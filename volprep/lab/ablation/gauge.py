@@ -18,11 +18,11 @@ from volprep.truth.averaged import averaged
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_error
 from volprep.truth.volume import Volume
-from volprep.validation.pixels import pixels_of
-from volprep.validation.precise import finite, most_precise
-from volprep.validation.records import Target
-from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.comparison.pixels import pixels_of
+from volprep.validation.comparison.precise_target import finite, most_precise
+from volprep.validation.results.measurements import Target
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.arrays import Float32Array, Float64Array, FloatArray
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package

@@ -20,10 +20,10 @@ from volprep.render.choose import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table
-from volprep.validation.altered import with_common_tables
+from volprep.validation.comparison.altered import with_common_tables
 from volprep.validation.exact.manifests import manifest_differences
-from volprep.validation.scan import Judge
-from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.subjects.scan import Judge
+from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package

@@ -16,7 +16,7 @@ from volprep.plan.item_kinds import LEVEL, TABLES
 from volprep.plan.records import LookupPlan, PreintegratedPlan
 from volprep.scene.scene import FORMATS, Scene
 from volprep.techniques import TECHNIQUES
-from volprep.validation.altered import with_common_tables
+from volprep.validation.comparison.altered import with_common_tables
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm

@@ -21,12 +21,12 @@ from volprep.render.timing import draws_with_processor
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.seen import seen_flip
-from volprep.validation.records import Driver
-from volprep.validation.scan import Judge
-from volprep.validation.subject import Subject, errors
-from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.times import Milliseconds, in_turns
-from volprep.validation.views import driver_of
+from volprep.validation.comparison.views import driver_of
+from volprep.validation.results.measurements import Driver
+from volprep.validation.subjects.scan import Judge
+from volprep.validation.subjects.subject import Subject, errors
+from volprep.validation.timing.sweep import SWEEP_VIEW
+from volprep.validation.timing.turns import Milliseconds, in_turns
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Manifest

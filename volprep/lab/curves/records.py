@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.validation.records import Driver
-from volprep.validation.seen_records import NonNegative
-from volprep.validation.times import Milliseconds
+from volprep.validation.results.measurements import Driver
+from volprep.validation.results.seen import NonNegative
+from volprep.validation.timing.turns import Milliseconds
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.values import ByteCount

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.programs.composed import composed
 from volprep.techniques import TECHNIQUES
-from volprep.validation.altered import Altered
+from volprep.validation.comparison.altered import Altered
 from volprep_formats.package.program import (
     ClassificationName,
     CompositingName,

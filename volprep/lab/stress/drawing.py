@@ -10,10 +10,10 @@ from volprep.lab.stress.records import Precision, StressPoint
 from volprep.render.renderer import Renderer
 from volprep.techniques import TECHNIQUES
 from volprep.truth.seen import seen_error
-from volprep.validation.records import ErrorNumbers, Target
-from volprep.validation.subject import Subject, errors
-from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.verdict import share_of_errors
+from volprep.validation.results.measurements import ErrorNumbers, Target
+from volprep.validation.subjects.subject import Subject, errors
+from volprep.validation.timing.sweep import SWEEP_VIEW
+from volprep.validation.verdicts.verdict import share_of_errors
 from volprep_formats.arrays import FloatArray
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import TechniqueName

@@ -39,14 +39,14 @@ from volprep.scene.transfer import SceneTransfer
 from volprep.truth.laws import broken_laws
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.truth.picture import encoded
+from volprep.validation.comparison.colours import coloured, largest_difference
+from volprep.validation.comparison.precise_target import most_precise
+from volprep.validation.comparison.views import driver_of
 from volprep.validation.folder import PICTURES, ReportFolder
-from volprep.validation.pictures import coloured, largest_difference
-from volprep.validation.precise import most_precise
-from volprep.validation.records import Driver, Target
-from volprep.validation.scan import read_scan
-from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW
-from volprep.validation.views import driver_of
+from volprep.validation.results.measurements import Driver, Target
+from volprep.validation.subjects.scan import read_scan
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.profile import DeviceProfile

@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep.validation.records import Driver, ErrorNumbers, Target
-from volprep.validation.seen_records import NonNegative
-from volprep.validation.verdict import passes_errors
+from volprep.validation.results.measurements import Driver, ErrorNumbers, Target
+from volprep.validation.results.seen import NonNegative
+from volprep.validation.verdicts.verdict import passes_errors
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import ClassificationName, TechniqueName

@@ -8,7 +8,7 @@ from volprep.lab.stress.cases import CLASSIFICATIONS, COMPOSITING
 from volprep.lab.stress.drawing import STEP_RATIOS, Trials
 from volprep.lab.stress.records import StressDrawing, StressResult
 from volprep.techniques import TECHNIQUES
-from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.package.program import ClassificationName
 
 

@@ -17,11 +17,11 @@ from volprep.render.renderer import Renderer
 from volprep.shading.half_floats import in_half_floats, with_half_coordinates
 from volprep.techniques import TECHNIQUES
 from volprep.truth.laws import broken_laws
-from volprep.validation.altered import Altered
-from volprep.validation.precise import most_precise
-from volprep.validation.records import Target
-from volprep.validation.subject import Subject
-from volprep.validation.sweep import SWEEP_VIEW
+from volprep.validation.comparison.altered import Altered
+from volprep.validation.comparison.precise_target import most_precise
+from volprep.validation.results.measurements import Target
+from volprep.validation.subjects.subject import Subject
+from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.arrays import FloatArray
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package

@@ -2,7 +2,7 @@
 
 from volprep.report.text import number, size
 from volprep.validation.folder import DATA_FILE, default_report_path
-from volprep.validation.report_record import Report
+from volprep.validation.results.report import Report
 from volprep.view.site import shown_with
 from volprep_formats.package.reader import Package
 from volprep_formats.shown import shown

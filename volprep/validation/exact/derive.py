@@ -32,8 +32,8 @@ from volprep.scene.request import Request
 from volprep.truth.volume import Volume
 from volprep.validation.exact.draft import ComparingDraft
 from volprep.validation.exact.findings import findings_of
-from volprep.validation.records import Derivation
-from volprep.validation.scan import Judge
+from volprep.validation.results.measurements import Derivation
+from volprep.validation.subjects.scan import Judge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, PlanItem

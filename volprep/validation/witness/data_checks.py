@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.validation.subject import Subject
+from volprep.validation.subjects.subject import Subject
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.independent.colours import encoded_light
 from volprep.validation.witness.independent.normals import normals

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from volprep.validation.views import Statement
+from volprep.validation.comparison.views import Statement
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.independent.camera import Box, rays
 from volprep.validation.witness.independent.normals import WitnessedLight

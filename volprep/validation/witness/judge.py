@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from volprep.truth.picture import encoded
+from volprep.validation.comparison.colours import coloured, gain_for, largest_difference
+from volprep.validation.comparison.views import Statement
 from volprep.validation.folder import PICTURES
-from volprep.validation.pictures import coloured, gain_for, largest_difference
-from volprep.validation.views import Statement
 from volprep.validation.witness.records import NotWitnessed, Witness, WitnessedProgram, WitnessView
 from volprep.validation.witness.vtk_views import MOST_VOXELS, Blend, VtkViews, draw_views
 from volprep.vtk.process import has_pyvista

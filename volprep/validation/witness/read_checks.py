@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.volume import Volume
-from volprep.validation.subject import Subject
+from volprep.validation.subjects.subject import Subject
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.independent.camera import Box, rays
 from volprep.validation.witness.independent.package import Json, corner_and_size, world_from_index

@@ -13,8 +13,8 @@ from typing import ParamSpec
 
 import numpy as np
 
-from volprep.validation.subject import Subject
-from volprep.validation.views import Statement
+from volprep.validation.comparison.views import Statement
+from volprep.validation.subjects.subject import Subject
 from volprep.validation.witness.check import WitnessCheck
 from volprep.validation.witness.data_checks import as_scan, check_levels, check_normals, check_table, on_level_0
 from volprep.validation.witness.drawn_checks import check_pictures

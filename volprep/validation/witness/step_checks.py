@@ -8,7 +8,7 @@ far above that, and may still be within the scene's tolerance.
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from volprep.validation.records import ProgramResult
+from volprep.validation.results.measurements import ProgramResult
 from volprep.validation.witness.check import WitnessCheck
 from volprep_formats.package.program import ClassificationName
 

@@ -1,0 +1,1 @@
+"""Checks of a package beside its pictures."""

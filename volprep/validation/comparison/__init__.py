@@ -1,0 +1,1 @@
+"""Pictures of a package and of the truth, and their differences."""

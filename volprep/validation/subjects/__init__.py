@@ -1,0 +1,1 @@
+"""What is judged: a package with its scan, drawn by the oracle."""

@@ -1,0 +1,1 @@
+"""Times of pictures, and the samples of their rays."""
