@@ -5,6 +5,7 @@ from volprep.parts.stage import Stage, Work
 from volprep.plan.records import Plan
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
@@ -21,7 +22,7 @@ def _run(draft: Draft, _plan: Plan, progress: Progress) -> Contribution:
 
     packages = channel_packages(Package.open(draft.folder, allow_draft=True)).values()
     progress.start("fidelity", len(packages))
-    found = []
+    found: list[LevelFidelity] = []
     for package in packages:
         found += errors_of_views(package, source_field(draft, package.manifest))
         progress.advance()
