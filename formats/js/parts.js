@@ -29,6 +29,6 @@ export function contradictionOf({ textures, skipping, segments }) {
   const missing = [...(skipping?.tables ?? []), ...(skipping?.ranges ?? [])].find(({ texture }) => !names.has(texture));
   if (missing) return `empty-space skipping names the texture ${missing.texture}, which is not there`;
   const segmentNames = new Set(segments?.segments.map((each) => each.name));
-  const label = segments?.labels.find((each) => each.segments.some((name) => !segmentNames.has(name)));
-  return label && `a label is of segments ${label.segments.join(", ")}, which are not there`;
+  const unknown = segments?.labels.flatMap((each) => each.segments ?? []).find((name) => !segmentNames.has(name));
+  return unknown === undefined ? undefined : `a label is of the segment ${unknown}, which is not there`;
 }

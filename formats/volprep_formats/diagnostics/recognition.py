@@ -1,4 +1,4 @@
-"""Recognition of scans, and tables of labels: VP1300 to VP1349."""
+"""Recognition of scans, tables of labels, and segments that leave a package: VP1300 to VP1349."""
 
 from volprep_formats.diagnostics.entry import Diagnostic, ExitStatus
 
@@ -59,5 +59,21 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: it has {count} {axis}, more than the {most} that a volume may have",
         "The header is damaged, or its axes are exchanged. Cut a longer volume into parts.",
+    ),
+    "VP1330": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the package holds no labels",
+        "Choose a package with segments or of a label map. A draft has none yet.",
+    ),
+    "VP1331": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: holds {problem}, and a segmentation belongs to one",
+        "Give the folder that holds the DICOM files of the series, and nothing else.",
+    ),
+    "VP1332": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the voxels of the package are not those of this series: they are off by {off} voxels",
+        "Give the series that the package was made of, and level 0. Packages of repaired slices have voxels of their "
+        "own.",
     ),
 }

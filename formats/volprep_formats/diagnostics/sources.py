@@ -539,20 +539,4 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: MRtrix images with {what} cannot be read",
         "Write one volume into one file: mrconvert IN.mif -coord 3 0 -datatype float32 OUT.nii.gz.",
     ),
-    "VP1330": Diagnostic(
-        ExitStatus.PACKAGE,
-        "{path}: the package holds no labels",
-        "Choose a package with segments or of a label map. A draft has none yet.",
-    ),
-    "VP1331": Diagnostic(
-        ExitStatus.SOURCE,
-        "{path}: holds {problem}, and a segmentation belongs to one",
-        "Give the folder that holds the DICOM files of the series, and nothing else.",
-    ),
-    "VP1332": Diagnostic(
-        ExitStatus.SOURCE,
-        "{path}: the voxels of the package are not those of this series: they are off by {off} voxels",
-        "Give the series that the package was made of, and level 0. Packages of repaired slices have voxels of their "
-        "own.",
-    ),
 }
