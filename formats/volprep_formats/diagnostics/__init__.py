@@ -30,6 +30,7 @@ CATALOGUE: dict[str, Diagnostic] = {
     **scene.ENTRIES,
     **segments.SCENE_ENTRIES,
     **light.ENTRIES,
+    **scene.COMBINED_ENTRIES,
     **segments.FITTING_ENTRIES,
     **package.ENTRIES,
     **rendering.ENTRIES,

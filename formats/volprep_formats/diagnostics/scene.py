@@ -235,6 +235,9 @@ ENTRIES: dict[str, Diagnostic] = {
         "step {number} of the walk cannot be made: {problem}",
         "Zoom in until the sub-volumes are shown before moving, and cut a box before showing it.",
     ),
+}
+
+COMBINED_ENTRIES: dict[str, Diagnostic] = {
     "VP3285": Diagnostic(
         ExitStatus.SCENE,
         "filter {filter} moves the values of coarser levels to one side, which would make them worse than means",
