@@ -9,6 +9,7 @@ from json_lines import json_lines
 from pydantic import BaseModel
 from scene_schema import scene_schema
 
+from volprep.judge.records import StoreFidelity
 from volprep.lab.ablation.records import Ablation
 from volprep.lab.curves.records import CurvesReport
 from volprep.lab.stress.records import StressReport
@@ -25,6 +26,7 @@ FOLDER = Path(__file__).parent.parent / "formats" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {
     "ablation.schema.json": Ablation,
     "device.schema.json": DeviceRecord,
+    "fidelity.schema.json": StoreFidelity,
     "manifest.schema.json": Manifest,
     "profile.schema.json": ProfileFile,
     "curves.schema.json": CurvesReport,

@@ -36,7 +36,7 @@ def main(target: Path) -> None:
 
 
 def wrote_types(target: Path) -> bool:
-    """Write the declarations that JSDoc gives; False if TypeScript cannot be had."""
+    """Write the declarations that JSDoc gives; False if there are none, or TypeScript cannot be had."""
     npm = shutil.which("npm")
     installed = TOOLS / "node_modules"
     if npm is None or shutil.which("node") is None:
@@ -63,8 +63,9 @@ def wrote_types(target: Path) -> bool:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "tsconfig.json"
         file.write_text(json.dumps(settings), encoding="utf-8")
-        subprocess.run(["node", installed / "typescript" / "bin" / "tsc", "-p", file], check=True)
-    return True
+        # Declarations are written in spite of errors of types, which `make lint` and the tests find.
+        subprocess.run(["node", installed / "typescript" / "bin" / "tsc", "-p", file], check=False)
+    return (target / "volpkg.d.ts").is_file()
 
 
 if __name__ == "__main__":

@@ -14,6 +14,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "export": ("volprep export head.volpkg head.nrrd", "volprep export head.volpkg coarse.nii.gz --level 1"),
     "import": ("volprep import DICOM --list", "volprep import scene.toml -o draft.volpkg"),
     "inspect": ("volprep inspect head.volpkg", "volprep inspect head.volpkg --json"),
+    "judge": (
+        "volprep judge head.ome.zarr --look scene.toml",
+        "volprep judge head.volpkg --look bone.toml -o bone.json",
+    ),
     "look": ("volprep look head.nii.gz", "volprep look DICOM --series 203 -o look.png"),
     "plan": ("volprep plan scene.toml", "volprep plan head.nii.gz --profile gles2-2048"),
     "presets": ("volprep presets", "volprep presets head.nii.gz -o pictures"),

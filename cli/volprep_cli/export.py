@@ -16,7 +16,8 @@ File = Annotated[
     Path,
     typer.Argument(
         help="File to write. Values: .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr; a name without an ending becomes a "
-        "DICOM series. Segments: .seg.nrrd, .nii or .nii.gz with --labels, .dcm with --series.",
+        "DICOM series. Segments: .seg.nrrd, .nii or .nii.gz with --labels, .dcm with --series. Surfaces: .glb, .usdz, "
+        ".ply, .stl.",
         metavar="FILE",
     ),
 ]
@@ -45,6 +46,15 @@ Series = Annotated[
     Path | None,
     typer.Option(help="Folder of the DICOM series that segments in a .dcm file belong to.", metavar="FOLDER"),
 ]
+Transfer = Annotated[
+    str | None,
+    typer.Option(help="Transfer function whose surface is written; if absent, the first, or all segments."),
+]
+Within = Annotated[
+    float | None,
+    typer.Option(min=0, help="Distance to which triangles of a surface are joined; a quarter of a voxel if absent."),
+]
+Draco = Annotated[bool, typer.Option("--draco", help="Compress a .glb file with Draco.")]
 
 
 def export(
@@ -55,6 +65,9 @@ def export(
     values: Values = "physical",
     *,
     series: Series = None,
+    transfer: Transfer = None,
+    within_mm: Within = None,
+    draco: Draco = False,
     labels: Labels = False,
     force: Force = False,
     as_json: Json = False,
@@ -62,12 +75,18 @@ def export(
     """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series, or all levels as OME-Zarr.
 
     Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape. Volumes in colour
-    become sRGB: bytes of three channels in OME-Zarr, RGB24 in NIfTI.
+    become sRGB: bytes of three channels in OME-Zarr, RGB24 in NIfTI. A surface is where rays are half opaque, or each
+    segment; the file holds its error against the volume.
     """
     if labels or series is not None or file.name.lower().endswith((".seg.nrrd", ".dcm")):
         from volprep_cli.export_labels import export_labels
 
         export_labels(package, file, level, channel, series, force=force, as_json=as_json)
+        return
+    if file.suffix.lower() in {".glb", ".usdz", ".ply", ".stl"}:
+        from volprep_cli.export_surface import export_surface
+
+        export_surface(package, file, level, transfer, within_mm, draco=draco, force=force, as_json=as_json)
         return
     from volprep_formats.output import output_errors, require_place, taken
     from volprep_formats.readers.volpkg import open_level

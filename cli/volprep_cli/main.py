@@ -44,6 +44,7 @@ _VERBS = {
     "doctor": "doctor",
     "import": "import_source",
     "export": "export",
+    "judge": "judge",
     "look": "look",
     "presets": "presets",
     "batch": "batch",

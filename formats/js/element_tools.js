@@ -34,6 +34,7 @@ export class Tools {
   /** Text of the picture's fidelity. @type {HTMLElement | null} */
   #fidelity = null;
   #then;
+  #canvas;
   #status;
   #end = new AbortController();
 
@@ -45,6 +46,7 @@ export class Tools {
     const [controls, measuring] = [wants("controls"), wants("measuring")];
     this.#stage = stage;
     this.#then = then;
+    this.#canvas = canvas;
     this.#status = /** @type {HTMLElement} */ (root.querySelector("[part=status]"));
     this.#end.signal.addEventListener("abort", addStyle(root, STYLE));
     const bar = this.#bar;
@@ -88,7 +90,8 @@ export class Tools {
   /** Puts letters and bar where no text is. */
   placed() {
     const above = this.#bar.offsetHeight + (this.#fidelity?.offsetHeight ?? 0);
-    this.#annotations?.place(above, this.#status.offsetHeight);
+    const { offsetTop, offsetHeight } = this.#status;
+    this.#annotations?.place(above, offsetHeight && this.#canvas.clientHeight - offsetTop);
   }
 
   remove() {

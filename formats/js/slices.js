@@ -19,6 +19,8 @@ import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
  * @property {Float32Array} values in the scan's unit, row by row from the top; NaN outside of the volume
  * @property {number} pixel_mm size of a pixel
  * @property {number} position_mm of the plane on its axis of the patient's space (LPS)
+ * @property {number[]} corner_mm x, y, z of the upper left corner in the patient's space (LPS)
+ * @property {number[]} range_mm positions of the plane at 0 and at 1
  */
 
 /**
@@ -26,7 +28,7 @@ import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
  * radiologists see them: the patient's right is on the left, the front on top or on the left, the head on top.
  * @type {Record<Plane, readonly [right: readonly [number, number], down: readonly [number, number], across: number]>}
  */
-const PLANES = {
+export const PLANES = {
   axial: [[0, 1], [1, 1], 2],
   coronal: [[0, 1], [2, -1], 1],
   sagittal: [[1, 1], [2, -1], 0],
@@ -63,7 +65,7 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   }
   const linked = await valueProgram(renderer, "slice", MAIN);
   if (!linked || !renderer.inside) return null;
-  const { corner, right, down, width, height, pixel_mm, position_mm } = placed(renderer.grid, axes, at, size);
+  const { corner, right, down, width, height, ...place } = placed(renderer.grid, axes, at, size);
   const pixels = drawValues(renderer, linked, [width, height], (gl, { locations }) => {
     const given = { corner, right, down, extent: [...renderer.grid.extent_mm_zyx].reverse() };
     for (const [name, value] of Object.entries(given))
@@ -74,7 +76,7 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   const [low, high] = windowOf(renderer);
   const values = new Float32Array(width * height);
   for (let i = 0; i < values.length; i++) values[i] = pixels[4 * i + 3] ? low + valueOf(pixels, i) * (high - low) : NaN;
-  return { width, height, values, pixel_mm, position_mm };
+  return { width, height, values, ...place };
 }
 
 /**
@@ -102,7 +104,8 @@ function placed(grid, [[x, signX], [y, signY], across], at, size) {
     return moved(box, end).map((each, i) => each - corner[i]);
   };
   const [right, down] = [side(x, signX * width * pixel_mm), side(y, signY * height * pixel_mm)];
-  return { corner, right, down, width, height, pixel_mm, position_mm };
+  const range_mm = [low[across], high[across]];
+  return { corner, right, down, width, height, pixel_mm, position_mm, corner_mm: begin, range_mm };
 }
 
 /**

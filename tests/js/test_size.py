@@ -77,6 +77,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "settle.js",
             "sha256.js",
             "skip.js",
+            "store_fidelity.js",
             "strict.js",
             "subvolumes.js",
         ),

@@ -134,6 +134,20 @@ def test_programs_that_run_nothing_show_a_picture_with_words(widget) -> None:
     assert (picture[preview.shape[0] :] < 100).any()
 
 
+def test_the_state_of_a_notebook_holds_the_package_only_if_it_is_told_to_keep_it(widget, monkeypatch) -> None:
+    state = widget.get_state()
+    assert len(widget.package) > 1000
+    assert max(len(value) for value in state.values() if isinstance(value, bytes)) < len(widget.package)
+    assert widget.package not in state.values()
+    sent = []
+    monkeypatch.setattr(widget, "send", lambda *message: sent.append(message))
+    widget._answer(widget, {"wanted": "package"}, [])
+    widget._answer(widget, {"wanted": "passwd"}, [])
+    assert sent == [({"given": "package"}, [widget.package])]
+    kept = VolumeWidget({}, keep=True, package=widget.package)
+    assert kept.get_state()["kept"] == widget.package
+
+
 def test_the_words_are_those_of_the_report_beside_a_package(tmp_path) -> None:
     volprep.build_package(ball()[4::4, 4::4, ::4], tmp_path / "ball.volpkg")
     report = volprep.validate_package(tmp_path / "ball.volpkg", size=16)

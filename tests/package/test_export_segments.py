@@ -71,7 +71,7 @@ def check(volume: LabelVolume) -> None:
 def test_segments_that_overlap_lie_in_different_layers_of_a_seg_nrrd(tmp_path: Path) -> None:
     seg_nrrd.write(IMAGE, Array(VALUES), tmp_path / "a.seg.nrrd", Silent())
     assert layers(IMAGE) == [[0], [1]]
-    check(read_seg_nrrd(tmp_path / "a.seg.nrrd", Silent()))
+    check(read_seg_nrrd(tmp_path / "a.seg.nrrd", None))
     data, header = nrrd.read(str(tmp_path / "a.seg.nrrd"))
     assert data.shape == (2, 7, 6, 5)
     assert header["Segment0_Name"] == "left; a"
@@ -112,7 +112,7 @@ def test_a_seg_nrrd_of_a_package_has_its_segments_and_not_its_values(segmented: 
     done = volprep("export", segmented, tmp_path / "a.seg.nrrd")
     assert done.returncode == 0, done.stderr
     expected = nibabel.load(segmented.parent / "labels.nii").get_fdata().T
-    found = masks(read_seg_nrrd(tmp_path / "a.seg.nrrd", Silent()))
+    found = masks(read_seg_nrrd(tmp_path / "a.seg.nrrd", None))
     np.testing.assert_array_equal(found, [expected == 1, expected == 2])
 
 

@@ -37,6 +37,9 @@ class Model {
   get(name) { return this.state[name]; }
   set(name, value) { this.state[name] = value; this.saved.push(name); }
   save_changes() {}
+  send({ wanted }) {
+    setTimeout(() => this.heard["msg:custom"]?.forEach((act) => act({ given: wanted }, [this.state[wanted]])));
+  }
   on(event, act) { (this.heard[event] ??= new Set()).add(act); }
   off(event, act) { this.heard[event].delete(act); }
   tell(name, value) { this.state[name] = value; this.heard[`change:${name}`]?.forEach((act) => act()); }
@@ -62,6 +65,8 @@ def module_served(widget: VolumeWidget, folder: Path) -> Iterator[WebServer]:
 def open_widget(browser: Browser, widget: VolumeWidget, server: WebServer) -> None:
     """Open a page in which anywidget would have rendered the widget, and wait for its picture."""
     state: dict[str, Any] = {name: value for name, value in widget.get_state().items() if not name.startswith("_")}
+    state["package"] = widget.package
+    del state["kept"]
     for name in ("package", "picture"):
         state[name] = base64.b64encode(bytes(state[name])).decode()
     state.pop("layout", None), state.pop("tabbable", None), state.pop("tooltip", None)

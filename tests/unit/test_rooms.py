@@ -12,11 +12,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FLOORS = (
     {"volprep_formats", "kernels"},
-    {"scene", "scan", "shading", "transfer", "truth"},
+    {"scene", "scan", "shading", "surface", "transfer", "truth"},
     {"compositing", "techniques", "plan", "render", "vtk"},
     {"parts", "doctor"},
     {"pipeline"},
-    {"validation"},
+    {"judge", "validation"},
     {"report", "view"},
     {"batch", "library"},
     {"lab"},

@@ -12,8 +12,8 @@ OPEN_ALL = """
 for (const each of document.querySelectorAll("details")) each.open = true;
 document.getElementById("picture").setAttribute("fidelity", "");
 document.getElementById("ruler").click();
-const slices = document.querySelector(".slice canvas");
-while (slices.width < 2) await new Promise((resolve) => setTimeout(resolve, 20));
+const drawn = () => document.querySelector(".slice canvas")?.width > 1;
+while (!drawn()) await new Promise((resolve) => setTimeout(resolve, 20));
 """
 AXE = """
 const { violations } = await axe.run(document);

@@ -162,6 +162,59 @@ def test_two_points_of_the_volume_have_a_distance(page) -> None:
     assert (found["marks"], found["left"]) == (2, 0)
 
 
+LINKED = """
+document.getElementById("slices").open = true;
+const frame = document.getElementById("frame");
+const wait = async (test) => {
+  for (let turn = 0; turn < 200 && !test(); turn++) await new Promise((resolve) => setTimeout(resolve, 25));
+};
+await wait(() => frame.classList.contains("four"));
+const [axial, coronal, sagittal] = document.querySelectorAll(".slice");
+const told = () => [axial, coronal, sagittal].map((each) => each.querySelector("canvas").getAttribute("aria-label"));
+const settled = async (before) => {
+  await wait(() => told().join() !== before.join());
+  await new Promise((resolve) => setTimeout(resolve, 100));
+};
+const mm = (text) => Number(/at (-?[\\d.]+) mm/.exec(text.replace("\u2212", "-"))[1]);
+const press = (box, x, y, dx = 0) => {
+  const { left, top, width, height } = box.getBoundingClientRect();
+  const at = { clientX: left + x * width, clientY: top + y * height, pointerId: 1, buttons: 1, bubbles: true };
+  box.setPointerCapture = () => {};
+  box.dispatchEvent(new PointerEvent("pointerdown", at));
+  if (dx) box.dispatchEvent(new PointerEvent("pointermove", { ...at, movementX: dx, movementY: 0 }));
+  box.dispatchEvent(new PointerEvent("pointerup", { ...at, clientX: at.clientX + dx, buttons: 0 }));
+};
+const first = told().map(mm);
+let before = told();
+press(axial, 0.45, 0.4);
+await settled(before);
+const clicked = told().map(mm);
+const crossed = [coronal, sagittal].map((each) => each.querySelector(".across").style.top);
+before = told();
+axial.dispatchEvent(new WheelEvent("wheel", { deltaY: 100, cancelable: true }));
+await settled(before);
+const scrolled = told().map(mm);
+const wide = Number(document.getElementById("slice-width").value);
+press(coronal, 0.5, 0.5, 40);
+const after = Number(document.getElementById("slice-width").value);
+document.getElementById("slices").open = false;
+await wait(() => !frame.classList.contains("four"));
+return { first, clicked, scrolled, narrower: after - wide, crossed, left: document.querySelectorAll(".slice").length };
+"""
+
+
+def test_a_click_in_a_slice_moves_the_others(page) -> None:
+    found = page.run(LINKED)
+    first, clicked, scrolled = (np.array(found[key]) for key in ("first", "clicked", "scrolled"))
+    assert clicked[0] == first[0]
+    assert (clicked[1:] != first[1:]).all()
+    assert scrolled[0] > clicked[0]
+    assert (scrolled[1:] == clicked[1:]).all()
+    assert found["narrower"] != 0
+    assert all(float(each.removesuffix("px")) > 0 for each in found["crossed"])
+    assert found["left"] == 0
+
+
 def test_the_picture_is_saved_as_a_png_of_what_is_seen(page) -> None:
     turn_back(page)
     size = page.run(

@@ -5,7 +5,7 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Unpack
+from typing import Any, Unpack
 
 from volprep.library.choices import SourceChoices
 from volprep.library.notebook.sources import Volume, package_path, scan_file
@@ -34,6 +34,7 @@ def show(
     view: str = "",
     clip: tuple[float, ...] | None = None,
     background: str = "#000000",
+    keep: bool = False,
     progress: Progress | None = None,
     **choices: Unpack[SourceChoices],
 ) -> VolumeWidget:
@@ -58,6 +59,9 @@ def show(
         Part of the box to draw, its low and its high corner (x, y, z) from 0 to 1.
     background
         Background colour, "#rrggbb".
+    keep
+        Whether the saved state of the notebook holds the package, so that the volume is drawn without Python. Whoever
+        gets the notebook then has the scan.
     progress
         Progress callback, or None.
     choices
@@ -74,7 +78,7 @@ def show(
         VP7090 without the extra `notebook`, VP7091 for a package that is too large, VP7092 for an object of another
         type, and the errors of `build_package` and `open_package`.
     """
-    traits = {"view": view, "clip": None if clip is None else list(clip), "background": background}
+    traits = {"view": view, "clip": None if clip is None else list(clip), "background": background, "keep": keep}
     path = package_path(scene)
     if path is not None and not any((preset, profile, spacing_mm_zyx, editable, choices)):
         return widget_of(path, **traits)
@@ -88,14 +92,14 @@ def show(
         return built_widget(request, folder, progress, **traits)
 
 
-def built_widget(request: Request, folder: Path, progress: Progress | None, **traits: object) -> VolumeWidget:
+def built_widget(request: Request, folder: Path, progress: Progress | None, **traits: Any) -> VolumeWidget:
     """Build the package of a request in `folder`, and return a widget that holds it."""
     path = folder / "scan.volpkg"
     build(request, path, progress or Silent())
     return widget_of(path, **traits)
 
 
-def widget_of(path: str | PathLike[str], **traits: object) -> VolumeWidget:
+def widget_of(path: str | PathLike[str], **traits: Any) -> VolumeWidget:
     """Return a widget that holds the package at `path`. Raises VP7091 for one that is too large."""
     package = Package.open(Path(path))
     manifest = package.manifest

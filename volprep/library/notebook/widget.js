@@ -46,10 +46,14 @@ function render({ model, el }) {
       const points = model.get("points");
       viewer.renderer?.setTransfer(points && { points }).then(() => put("error", ""), fail);
     },
-    package: () => {
-      const bytes = bytesOf(model.get("package"));
-      viewer.open(bytes.slice());
+    kept: () => {
+      const kept = model.get("kept");
+      if (kept?.byteLength) viewer.open(bytesOf(kept).slice());
+      else model.send({ wanted: "package" });
     },
+  };
+  const given = (content, buffers) => {
+    if (content?.given === "package" && !end.signal.aborted) viewer.open(bytesOf(buffers[0]).slice());
   };
   for (const name of FLAGS) follow[name] = () => viewer.toggleAttribute(name, model.get(name));
 
@@ -97,13 +101,15 @@ function render({ model, el }) {
   attribute("poster", poster);
   observer.observe(viewer, { attributes: true, attributeFilter: ["clip", ...FLAGS] });
   for (const [name, act] of Object.entries(follow)) model.on(`change:${name}`, act);
+  model.on("msg:custom", given);
   el.append(viewer);
-  follow.package();
+  follow.kept();
   return () => {
     end.abort();
     clearTimeout(rest);
     observer.disconnect();
     for (const [name, act] of Object.entries(follow)) model.off(`change:${name}`, act);
+    model.off("msg:custom", given);
     viewer.remove();
     if (poster) URL.revokeObjectURL(poster);
   };

@@ -53,8 +53,10 @@ class VolumeWidget(anywidget.AnyWidget):
 
     _esm = widget_module()
 
-    package = traitlets.Bytes().tag(sync=True)
-    """The package in its single-file form."""
+    package = traitlets.Bytes()
+    """The package in its single-file form. The browser asks Python for it: the notebook holds no copy of the scan."""
+    kept = traitlets.Bytes().tag(sync=True)
+    """The package again if the state of the notebook keeps it, else nothing."""
     picture = traitlets.Bytes().tag(sync=True)
     """PNG file that is shown until the volume is drawn, and where it cannot be drawn."""
     view = traitlets.Enum(["", *STANDARD_VIEWS], "").tag(sync=True)
@@ -88,11 +90,28 @@ class VolumeWidget(anywidget.AnyWidget):
     error = traitlets.Unicode("").tag(sync=True)
     """Message of the last error in the browser, with its code. Set by the browser."""
 
-    def __init__(self, functions: dict[str, list[dict[str, Any]]], **traits: Any) -> None:
+    def __init__(self, functions: dict[str, list[dict[str, Any]]], *, keep: bool = False, **traits: Any) -> None:
         """Use `volprep.show`."""
         super().__init__(**traits)
+        self._keep = keep
+        self.on_msg(self._answer)
+        self.observe(self._give, "package")
+        if keep:
+            self.kept = self.package
         self.functions = functions
         """Points of each transfer function: value, colour (linear RGB), extinction_per_mm."""
+
+    def _answer(self, _widget: object, content: object, _buffers: object) -> None:
+        """Send the package to a browser that asks for it."""
+        if content == {"wanted": "package"}:
+            self.send({"given": "package"}, [self.package])
+
+    def _give(self, _change: object) -> None:
+        """Send another package."""
+        if self._keep:
+            self.kept = self.package
+        else:
+            self.send({"given": "package"}, [self.package])
 
     @traitlets.validate("camera")
     def _check_camera(self, proposal: dict[str, Any]) -> dict[str, Any] | None:

@@ -62,7 +62,7 @@ async function showVolume(viewer, told) {
   const cut = cutControls(stage, manifest, () => changed());
   const light = lightControls(stage, manifest, () => changed());
   const segments = segmentControls(stage, manifest, () => changed());
-  const slices = sliceControls(stage, manifest);
+  const slices = sliceControls(viewer, manifest);
   let picture = stage.renderer.program;
   const changed = async () => {
     const { renderer } = stage;

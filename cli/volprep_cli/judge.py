@@ -1,0 +1,52 @@
+"""volprep judge: measure the levels of any OME-Zarr pyramid, or of a package, and write fidelity.json."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from volprep_cli.console import Json, print_json, print_line, progress
+from volprep_cli.outputs import Force, require_new
+
+Store = Annotated[Path, typer.Argument(help="OME-Zarr image or package with several levels.", metavar="STORE")]
+LookFile = Annotated[
+    Path, typer.Option("--look", help="Scene whose transfer functions and tolerance are taken.", metavar="SCENE.toml")
+]
+Target = Annotated[
+    Path,
+    typer.Option("-o", "--output", help="File to write.", metavar="FILE"),
+]
+Channel = Annotated[str | None, typer.Option(help="Name or number of the channel.", metavar="NAME")]
+
+
+def judge(
+    store: Store,
+    look: LookFile,
+    output: Target = Path("fidelity.json"),
+    channel: Channel = None,
+    *,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Measure what the coarse levels of a pyramid lose: look by look, at each size of a voxel on the screen.
+
+    The finest level is the truth. Each picture is the exact integral of an unlit volume, in three views. `formats/js/
+    store_fidelity.js` reads the file: it says what a screen shows, and which level is enough.
+    """
+    from volprep.judge.measure import judge as measured_levels
+    from volprep_formats.output import new_file, require_place
+
+    require_new(output, force=force)
+    require_place(output)
+    with progress() as watcher:
+        found = measured_levels(store, look, watcher, channel=channel)
+    with new_file(output) as file:
+        file.write(found.model_dump_json(indent=1).encode() + b"\n")
+    if as_json:
+        print_json(found.model_dump(mode="json"))
+        return
+    print_line(f"{output}: {len(found.measured)} measurements; allowed are RMSE {found.tolerance_rmse:g}")
+    for each in found.measured:
+        kept = "" if each.kept_light is None else f", keeps {100 * each.kept_light:.0f} % of the light of thin things"
+        size = f"{each.pixels_per_voxel:g} pixels a voxel"
+        print_line(f"  {each.look}, level {each.level}, {size}: RMSE {each.rmse:.3g}{kept}")

@@ -1,0 +1,129 @@
+"""Measure the levels of a pyramid against its finest one: the exact integral of each, in the same views and pixels."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from volprep.judge.records import Judged, JudgedLevel, JudgedLook, StoreFidelity
+from volprep.scene.points import Measure
+from volprep.scene.request import load_request
+from volprep.truth.camera import standard_views
+from volprep.truth.kept_light import kept_at_most, small_things
+from volprep.truth.oracle import oracle_picture
+from volprep.truth.seen import seen_error
+from volprep.truth.volume import Volume
+from volprep_formats.arrays import Float64Array
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
+from volprep_formats.package.transfer_function import TransferFunction
+from volprep_formats.path_text import path_text
+from volprep_formats.progress import Progress, Silent
+from volprep_formats.readers import open_source
+from volprep_formats.source import SourceSpec
+
+VIEWS = ("anterior-left", "left", "superior")
+"""An oblique view, and two along axes of the patient."""
+PIXELS_PER_VOXEL = (0.5, 1.0, 2.0)
+"""Sizes of a voxel of a level on the screen."""
+MOST_PIXELS = 512
+"""Largest width and height of a picture."""
+_RAYS = 2
+"""Rays of a pixel along each axis."""
+_ACCURACY = 1e-4
+_MOST_VOXELS = 2**29
+_NO_LEVEL = frozenset(("VP1222", "VP1250"))
+"""Codes of a level that is not there."""
+
+
+def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = None) -> StoreFidelity:
+    """Measure the levels of a store or package with the transfer functions of a scene.
+
+    Raises VP1334 (nothing to judge), the errors of the scene and of reading.
+    """
+    scene = load_request(look).scene
+    volumes = [*_levels(store, channel)]
+    if len(volumes) < 2:
+        raise VolprepError("VP1334", path=store, problem="it has one level, and nothing is coarser than it")
+    if volumes[0].stored.size > _MOST_VOXELS:
+        raise VolprepError("VP1334", path=store, problem=f"its finest level has more than {_MOST_VOXELS} voxels")
+    functions = [transfer.resolved(_measure(volumes[0])) for transfer in scene.transfer]
+    if not functions:
+        raise VolprepError("VP1334", path=look, problem="the scene has no [[transfer]]")
+    progress.start("judging levels", len(functions) * (len(volumes) - 1))
+    measured: list[Judged] = []
+    for function in functions:
+        for level in range(1, len(volumes)):
+            measured += _judged(volumes, level, function)
+            progress.advance()
+    return StoreFidelity(
+        generator=f"volprep {version('volprep')}",
+        views=VIEWS,
+        rays_per_pixel=_RAYS**2,
+        levels=tuple(
+            JudgedLevel(level=level, shape_zyx=each.grid.shape_zyx, spacing_mm_zyx=each.grid.spacing_mm_zyx)
+            for level, each in enumerate(volumes)
+        ),
+        looks=tuple(JudgedLook(name=function.name, points=function) for function in functions),
+        tolerance_rmse=scene.tolerance.rmse,
+        least_kept_light=scene.tolerance.kept_light,
+        measured=tuple(measured),
+    )
+
+
+def _levels(store: Path, channel: str | None) -> Iterator[Volume]:
+    """Yield the levels, finest first."""
+    for level in range(64):
+        with ExitStack() as opened:
+            spec = SourceSpec(path=path_text(store.absolute()), level=level, channel=channel)
+            try:
+                source = opened.enter_context(open_source(spec, Path(), Silent()))
+            except VolprepError as error:
+                if level and error.code in _NO_LEVEL:
+                    return
+                raise
+            info = source.info
+            stored = np.ascontiguousarray(source.read_slab(0, info.grid.shape_zyx[0]))
+        yield Volume(stored, info.grid, info.slope, info.intercept)
+
+
+def _measure(volume: Volume) -> Measure:
+    ends = (float(end) * volume.slope + volume.intercept for end in (volume.stored.min(), volume.stored.max()))
+    low, high = sorted(ends)
+    return Measure(low, high, float(np.linalg.norm(volume.grid.extent_mm_zyx)))
+
+
+def _judged(volumes: Sequence[Volume], level: int, function: TransferFunction) -> Iterator[Judged]:
+    """Yield the error of a level at each size of a voxel whose picture is not too large."""
+    grid, coarse = volumes[0].grid, volumes[level]
+    height_mm = standard_views(grid)[VIEWS[0]].height_mm
+    for size in PIXELS_PER_VOXEL:
+        pixels = round(height_mm * size / min(coarse.grid.spacing_mm_zyx))
+        if not 8 <= pixels <= MOST_PIXELS:
+            continue
+        errors, kept = [], []
+        for view in VIEWS:
+            truth, drawn = (_picture(each, grid, view, function, pixels) for each in (volumes[0], coarse))
+            errors.append(seen_error(drawn, truth))
+            most = kept_at_most(small_things(drawn, truth, 2 * size))
+            kept += [] if most is None else [max(most, 0.0)]
+        yield Judged(
+            look=function.name,
+            level=level,
+            pixels_per_voxel=size,
+            pixels=pixels,
+            rmse=max(error.rmse for error in errors),
+            maximum=max(error.maximum for error in errors),
+            off=max(error.off for error in errors),
+            kept_light=min(kept, default=None),
+        )
+
+
+def _picture(volume: Volume, grid: Grid, view: str, function: TransferFunction, pixels: int) -> Float64Array:
+    """Draw a level as the camera of the finest grid sees it."""
+    matrix = standard_views(grid)[view].box_from_clip(volume.grid, 1.0)
+    rays = oracle_picture(volume, function, matrix, (_RAYS * pixels,) * 2, _ACCURACY).rgba
+    mean: Float64Array = rays.reshape(pixels, _RAYS, pixels, _RAYS, 4).mean(axis=(1, 3))
+    return mean

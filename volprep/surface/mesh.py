@@ -1,0 +1,153 @@
+"""Closed meshes of a field: marching cubes, and as few triangles as a distance allows.
+
+Sources: Lorensen and Cline 1987 with the cases of Lewiner et al. 2003 (scikit-image); Garland and Heckbert 1997,
+quadric edge collapse (fast-simplification).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from volprep.surface.lines import LineHits, LineSide
+from volprep.surface.raster import hits_of_mesh
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.grid import Grid
+from volprep_formats.srgb import srgb_of_linear
+from volprep_formats.writers.surface_records import SurfaceError
+
+_WITHIN = 95.0
+"""Percentage of places that a distance holds for."""
+_KEPT = (0.05, 0.12, 0.25, 0.5)
+"""Shares of the triangles that are tried, the smallest first."""
+_LEAST_TRIANGLES = 200
+
+
+@dataclass(frozen=True)
+class IndexMesh:
+    """A mesh whose positions are voxel indices z, y, x."""
+
+    positions_zyx: Float64Array
+    """Positions [n, 3]."""
+    triangles: NDArray[np.int64]
+    """Vertices [m, 3], counter-clockwise from outside."""
+
+    @property
+    def is_watertight(self) -> bool:
+        """Whether each edge belongs to two triangles."""
+        edges = np.sort(self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        counts = np.unique(edges, axis=0, return_counts=True)[1]
+        return bool((counts == 2).all())
+
+
+def closed_mesh(field: Float32Array, threshold: float, grid: Grid) -> IndexMesh | None:
+    """Return the mesh around the part of a field [z, y, x] that is above the threshold; None if there is none."""
+    from skimage import measure  # noqa: PLC0415 - in an extra
+
+    extract: Any = measure.marching_cubes  # it has no types
+    outside = min(float(field.min()), np.nextafter(np.float32(threshold), np.float32(-np.inf)))
+    if not field.max() > threshold:
+        return None
+    # A volume that is cut at its border is closed there.
+    padded = np.pad(field, 1, constant_values=outside)
+    positions, triangles, *_ = extract(padded, threshold)
+    mesh = IndexMesh(positions.astype(np.float64) - 1.0, triangles.astype(np.int64))
+    return mesh if _volume(mesh, grid) > 0 else IndexMesh(mesh.positions_zyx, mesh.triangles[:, ::-1])
+
+
+def _volume(mesh: IndexMesh, grid: Grid) -> float:
+    """Return the volume that a mesh encloses in space; negative if its triangles turn the other way."""
+    a, b, c = (positions_mm(mesh.positions_zyx, grid)[mesh.triangles[:, corner]] for corner in range(3))
+    return float(np.einsum("ij,ij->i", a - a.mean(axis=0), np.cross(b - a, c - a)).sum())
+
+
+def positions_mm(positions_zyx: Float64Array, grid: Grid) -> Float64Array:
+    """Return voxel indices as positions in the patient's space."""
+    found: Float64Array = positions_zyx[:, ::-1] @ grid.world_from_index[:3, :3].T + grid.world_from_index[:3, 3]
+    return found
+
+
+def decimated(
+    mesh: IndexMesh, field: Float32Array, threshold: float, grid: Grid, within_mm: float
+) -> tuple[IndexMesh, float]:
+    """Return a mesh of fewer triangles, and the distance from the surface of the field that it keeps to.
+
+    95 % of its corners, middles of edges and middles of triangles lie within that distance, at most `within_mm` or what
+    the mesh has already: to first order, difference of the field divided by its gradient.
+    """
+    whole = _from_surface(mesh, field, threshold, grid)
+    for kept in _KEPT if within_mm > 0 else ():
+        if kept * len(mesh.triangles) < _LEAST_TRIANGLES:
+            continue
+        fewer = _collapsed(mesh, grid, kept)
+        distance = _from_surface(fewer, field, threshold, grid)
+        if distance <= max(within_mm, whole) and fewer.is_watertight >= mesh.is_watertight:
+            return fewer, distance
+    return mesh, whole
+
+
+def _from_surface(mesh: IndexMesh, field: Float32Array, threshold: float, grid: Grid) -> float:
+    """Return the distance in millimetres from the surface of a field that 95 % of places of a mesh do not exceed."""
+    from scipy.ndimage import map_coordinates  # noqa: PLC0415 - in an extra
+
+    corners = mesh.positions_zyx[mesh.triangles]
+    edges = (corners + corners[:, [1, 2, 0]]) / 2
+    places = np.concatenate([mesh.positions_zyx, edges.reshape(-1, 3), corners.mean(axis=1)])
+
+    def at(moved: Float64Array) -> Float64Array:
+        found: Float64Array = map_coordinates(field, (places + moved).T, np.float64, order=1, mode="nearest")
+        return found
+
+    slopes = [at(step) - at(-step) for step in np.eye(3) / 2]
+    gradient = np.linalg.norm(np.stack(slopes, axis=1) / grid.spacing_mm_zyx, axis=1)
+    # Where the volume is cut, its face is the surface.
+    inside = ((places > 0) & (places < np.array(field.shape) - 1)).all(axis=1) & (gradient > 0)
+    if not inside.any():
+        return 0.0
+    return float(np.percentile(np.abs(at(np.zeros(3)) - threshold)[inside] / gradient[inside], _WITHIN))
+
+
+def _collapsed(mesh: IndexMesh, grid: Grid, kept: float) -> IndexMesh:
+    from fast_simplification import simplify  # noqa: PLC0415 - in an extra
+
+    spacing = np.array(grid.spacing_mm_zyx)
+    positions, triangles = simplify(
+        (mesh.positions_zyx * spacing).astype(np.float32), mesh.triangles.astype(np.int32), target_reduction=1.0 - kept
+    )
+    return IndexMesh(positions.astype(np.float64) / spacing, triangles.astype(np.int64))
+
+
+def _apart(one: LineHits, other: LineHits, side: LineSide, grid: Grid) -> Float64Array:
+    """Return the distances [n] of hits in millimetres, where both are hit."""
+    apart = np.abs(one.depth - other.depth) * grid.spacing_mm_zyx[side.axis]
+    found: Float64Array = apart[np.isfinite(apart)]
+    return found
+
+
+def error_of(
+    mesh: IndexMesh, colours: Float64Array, shown: Sequence[tuple[LineSide, LineHits]], grid: Grid
+) -> SurfaceError:
+    """Compare a mesh and its linear colours [vertex, 3] with what the volume shows from each side."""
+    apart, differences, missed, rays = [], [], 0, 0
+    for side, seen in shown:
+        hits = hits_of_mesh(mesh.positions_zyx, mesh.triangles, colours, side)
+        both = np.isfinite(hits.depth) & np.isfinite(seen.depth)
+        either = np.isfinite(hits.depth) | np.isfinite(seen.depth)
+        apart.append(_apart(hits, seen, side, grid))
+        rays, missed = rays + int(either.sum()), missed + int((either & ~both).sum())
+        encoded = [srgb_of_linear(np.clip(each.colour[both], 0.0, 1.0)) for each in (hits, seen)]
+        differences.append((encoded[0] - encoded[1]).reshape(-1))
+    distances, colour = np.concatenate(apart), np.concatenate(differences)
+    if not distances.size:
+        return SurfaceError(rays=rays, missed=1.0)
+    median, most, largest = np.percentile(distances, [50, 95, 100]).tolist()
+    return SurfaceError(
+        rays=rays,
+        median_mm=median,
+        p95_mm=most,
+        maximum_mm=largest,
+        missed=missed / rays,
+        colour_rmse=float(np.sqrt((colour**2).mean())),
+    )
