@@ -6,7 +6,6 @@ There is one file of entries for each thousand.
 from volprep_formats.diagnostics import (
     batch,
     defects,
-    exports,
     geometry,
     light,
     machine,
@@ -26,7 +25,6 @@ __all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "SafeText", "Volpre
 CATALOGUE: dict[str, Diagnostic] = {
     **sources.ENTRIES,
     **recognition.ENTRIES,
-    **exports.ENTRIES,
     **segments.SOURCE_ENTRIES,
     **geometry.ENTRIES,
     **scene.ENTRIES,

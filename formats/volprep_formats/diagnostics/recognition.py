@@ -76,4 +76,15 @@ ENTRIES: dict[str, Diagnostic] = {
         "Give the series that the package was made of, and level 0. Packages of repaired slices have voxels of their "
         "own.",
     ),
+    "VP1333": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: the picture shows no surface: {reason}",
+        "Choose a transfer function of a compositing that accumulates opacity or shows an isovalue, and that is opaque "
+        "somewhere.",
+    ),
+    "VP1334": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: there is nothing to judge: {problem}",
+        "Give a pyramid of several levels, and a scene with transfer functions over its values.",
+    ),
 }
