@@ -4926,7 +4926,7 @@ static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_package* 
     return VOLPKG_OK;
 }
 
-/* What parts rely on: textures of blocks, segments of labels, meshes. */
+/* Parts rely on textures of blocks, segments of labels, and meshes. */
 static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k;
     for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {

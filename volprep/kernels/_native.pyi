@@ -623,7 +623,7 @@ def lit_light(
     apart_xyz
         float64 [3]: voxels to each side that central differences are taken of.
     soft_per_mm
-        Slope of the value at which a place is half a surface, above 0.
+        Slope of the value of a place that counts half as a surface, above 0.
     table
         float64 [entries, 4]: linear colour, and extinction per millimetre.
     light

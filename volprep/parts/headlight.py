@@ -19,7 +19,7 @@ def softened_cosine(forward: Float64Array, squared: Float64Array, soft_per_mm: f
     """Return the cosine of ray and gradient, raised to 1 where the gradient vanishes.
 
     `forward` is the slope along the ray, `squared` the square of the gradient's length, and `soft_per_mm` the slope
-    at which a place is half a surface.
+    of a place that counts half as a surface.
     """
     soft = soft_per_mm**2
     shares: Float64Array = np.divide(forward**2 + soft, squared + soft, out=np.ones_like(squared), where=squared > 0.0)

@@ -1,4 +1,4 @@
-"""The last lines of a verdict: what is within, what each coarse level has lost, and what nobody witnessed."""
+"""The last lines of a verdict: levels within, losses of each coarse level, and parts that no witness has read."""
 
 from collections.abc import Iterator, Sequence
 

@@ -12,7 +12,7 @@ from volprep_formats.package.parts.normals.record import GradientKernel, HalvedA
 from volprep_formats.package.program import Light
 
 SOFT_LENGTH = 0.01
-"""Length of the normal at which a place is half a surface for the oracles."""
+"""Length of the normal of a place that counts half as a surface for the oracles."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class ShaderSlopes:
     kernel: Literal["forward", "central"]
     """Kernel of the differences."""
     soft_per_mm: float
-    """Slope at which a place is half a surface, physical per millimetre."""
+    """Slope of a place that counts half as a surface, physical per millimetre."""
     range: float = 1.0
     """Physical range of the codes: slopes of borders of segments count as parts of it."""
     halved_zyx: HalvedAxes = (False, False, False)

@@ -33,8 +33,6 @@ from volprep_formats.source import ChannelName
 
 FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
 """Use of a file of a package."""
-FILE_ROLES: frozenset[str] = frozenset(get_args(FileRole))
-"""Roles that this version knows. A reader accepts a file of another role, and ignores it."""
 VERSION = (1, 0)
 """Version of the format that is written: major, minor."""
 

@@ -1,4 +1,4 @@
-"""Whether pictures and their drawings name what is there."""
+"""Whether the programs, textures and meshes that pictures name exist."""
 
 from collections.abc import Iterator, Mapping, Sequence
 

@@ -84,17 +84,6 @@ UniformSource = Literal[
     "environment",
 ]
 
-BLOCK_SOURCES: tuple[UniformSource, ...] = (
-    "block_low_mm",
-    "block_high_mm",
-    "split_voxel",
-    "low_start_voxel",
-    "low_size_voxels",
-    "high_start_voxel",
-    "high_size_voxels",
-)
-"""Sources of uniforms of programs that draw the sub-volumes around a point."""
-
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0)]
 

@@ -31,8 +31,6 @@ TextureRole = Literal[
 """Content of a texture."""
 TEXTURE_ROLES: frozenset[str] = frozenset(get_args(TextureRole))
 """Roles that this version knows."""
-SAMPLED_ROLES = TEXTURE_ROLES - {"ranges", "slices", "label-sets"}
-"""Roles of textures that programs read."""
 MosaicOrder = Literal["interleaved", "planar", "overlapping"]
 
 

@@ -101,7 +101,7 @@ class LevelSteps:
     lit: bool = False
     """Whether samples are lit."""
     soft_slope: float = SOFT_SLOPE
-    """Slope at which a place is half a surface."""
+    """Slope of a place that counts half as a surface."""
     labelled: bool = False
     """Whether segments are drawn, whose shaders take differences of whole voxels at every level."""
 

@@ -69,7 +69,7 @@ class _Drawing(Record):
     central: bool
     """Whether every lit program takes central differences of the voxels that it draws."""
     soft_slope: float
-    """The least slope at which a place is half a surface, of all lit programs."""
+    """The least slope of a place that counts half as a surface, of all lit programs."""
     tolerance: Tolerance
     measure_steps: bool
     segments: bool

@@ -58,7 +58,7 @@ class Headlit:
     shown: Shown
     """Their visible samples."""
     soft_per_mm: float
-    """Slope at which a place is half a surface, in the codes' own unit."""
+    """Slope of a place that counts half as a surface, in the codes' own unit."""
     halved_zyx: HalvedAxes = (False, False, False)
     """Axes along which differences are of values half a voxel to each side."""
     border_per_mm: float = 1.0

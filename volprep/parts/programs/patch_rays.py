@@ -46,7 +46,7 @@ def patch_rays(
 ) -> PatchRays:
     """Return rays of this length through `patches` [patch, z, y, x].
 
-    Samples are lit if `soft_per_mm` is given, the slope at which a place is half a surface.
+    Samples are lit if `soft_per_mm` is given, the slope of a place that counts half as a surface.
     """
     samples = max(1, math.ceil(length_mm / min(spacing_mm_zyx) * FINE))
     count = int(np.clip(_SAMPLES // samples, _FEWEST_RAYS, _MOST_RAYS)) // 5 * 5

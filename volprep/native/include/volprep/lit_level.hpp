@@ -15,7 +15,7 @@ namespace volprep {
 struct Headlight {
     const double* spacing_mm_xyz;  // [3] of the level's voxels
     const double* apart_xyz;       // [3] voxels to each side that differences are taken of
-    double soft_per_mm;            // Slope of the value at which a place is half a surface, above 0
+    double soft_per_mm;            // Slope of the value of a place that counts half as a surface, above 0
 };
 
 // Writes the light [rays.count][4] of rays: premultiplied colour and opacity. src: [shape]; a code times `scale` is the

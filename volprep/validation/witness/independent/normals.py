@@ -11,9 +11,9 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Floa
 MOST_VOXELS = 2**25
 """Normals of more voxels would take 400 MB and more."""
 SOFT_LENGTH = 0.01
-"""Length of the normal at which a place is half a surface."""
+"""Length of the normal of a place that counts half as a surface."""
 SOFT_SLOPE = 4e-3
-"""Slope at which a place is half a surface, in parts of the window over the smallest spacing."""
+"""Slope of a place that counts half as a surface, in parts of the window over the smallest spacing."""
 _ACROSS = {"thesis": ((6, 3), (3, 1)), "sobel": ((4, 2), (2, 1)), "isotropic": ((16, 4), (4, 1))}
 """Weights of the 3×3 voxels across a difference: middle and edge, edge and corner."""
 
@@ -32,7 +32,7 @@ class WitnessedLight:
     shininess: float = 20.0
     halfway: bool = False
     soft: float = SOFT_LENGTH
-    """Length of the normal at which a place is half a surface."""
+    """Length of the normal of a place that counts half as a surface."""
 
 
 def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""What a mesh of proxy geometry must hold."""
+"""Compare a mesh of proxy geometry with its record in the manifest."""
 
 from collections.abc import Iterator
 

@@ -6,7 +6,7 @@
 
 namespace volprep::oracle {
 
-// Length of the normal at which a place is half a surface. Slopes that a shader takes are scaled to it.
+// Length of the normal of a place that counts half as a surface. Slopes that a shader takes are scaled to it.
 inline constexpr double kSoftLength = 0.01;
 inline constexpr double kSoftSquare = kSoftLength * kSoftLength;
 
