@@ -77,6 +77,13 @@ def test_a_scan_of_one_value_has_no_jump_at_that_value() -> None:
     assert last.extinction_per_mm > 0.0
 
 
+def test_a_small_object_in_a_field_of_one_value_is_lit_from_half_of_its_value_on() -> None:
+    scene = look([0.0] * 4000 + [17.0] * 3)
+    assert named(scene) == "object"
+    assert scene.render.lighting == "headlight"
+    assert "values up to 8.5 are background" in scene.recognised
+
+
 @pytest.mark.parametrize("highest", [80, 1500])
 def test_a_small_piece_of_a_ct_is_as_opaque_in_all_as_a_body(highest: int) -> None:
     body, piece = (look([-1000, 0, highest], "HU", spacing_mm=mm).transfer[0].resolved() for mm in (100.0, 5.0))

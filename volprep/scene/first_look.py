@@ -134,6 +134,8 @@ def _of_values(
     """Return the look of a scan when only its values are known."""
     if min(-values.low, values.high) > _BOTH_SIDES * max(-values.low, values.high):
         return FirstLook("a map with values on both sides of 0", scene.with_transfer((_signed(info, statistics),)))
+    if values.low == values.high < statistics.maximum:
+        return _small(scene, profile, info, statistics, values.low)
     if not values.low < values.high:
         return FirstLook("a scan of nearly one value", scene.with_transfer((_grey(info, statistics),)))
     if info.grid.is_thin_stack:
@@ -144,6 +146,17 @@ def _of_values(
     kind = "bright vessels in tissue" if values.vessels is not None else "an object in a dark field"
     background = f"{kind}, whose values up to {values.background:.4g} are background"
     return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
+
+
+def _small(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, field: float) -> FirstLook:
+    """Return the look of an object of few voxels in a `field` of one value, such as a mask of one structure."""
+    high = statistics.maximum
+    middle = (field + high) / 2
+    found = _object(statistics, Values(field, high, middle, high, None))
+    # As dense as a surface over a voxel: parts of the diagonal may be thicker than the object.
+    found = found.model_copy(update={"reference_share": None, "reference_mm": min(info.grid.spacing_mm_zyx)})
+    said = f"a small object in a field of one value, whose values up to {middle:.4g} are background"
+    return FirstLook(said, _lit(scene.with_transfer((found,)), profile))
 
 
 def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
