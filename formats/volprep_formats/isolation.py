@@ -92,6 +92,12 @@ class Workers:
                         worker.kill()
                 self._workers = [worker for worker in self._workers if worker.is_alive]
 
+    def result_of(self, request: WorkerRequest) -> NDArray[np.generic]:
+        """Run one request and return its result, a copy. Raises what `run` raises."""
+        results: list[NDArray[np.generic]] = []
+        self.run([request], lambda _index, result: results.append(result.copy()))
+        return results[0]
+
     def close(self) -> None:
         """End all workers."""
         with self._lock:

@@ -16,7 +16,7 @@ from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.header_pair import voxels_beside
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
+from volprep_formats.readers.voxel_file import VoxelFile, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import SourceSpec
@@ -76,9 +76,7 @@ def _opened(
     volume = chosen_volume(path, (nz, ny, nx), volumes, spec.volume)
     data, start = voxels_beside(path), int(fields["offset"])
     volume_bytes = nz * ny * nx * dtype.itemsize
-    size = data.stat().st_size
-    least, most = (0, size * MAX_DEFLATE_RATIO) if is_gzip(data) else (size, size)
-    check_declared(data, volumes * volume_bytes, start, least, most)
+    check_declared(data, volumes * volume_bytes, start, *possible_ends(data))
     spacing = np.abs(fields["spacing"][1:4].astype(np.float64))
     steps = [1.0, -1.0, 1.0] * spacing
     origin = _origin_voxel(fields)

@@ -13,7 +13,8 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
+from volprep_formats.readers.orientation import LPS_FROM_RAS
+from volprep_formats.readers.voxel_file import VoxelFile, head_of, possible_ends
 from volprep_formats.readers.voxel_source import (
     HeaderFacts,
     VoxelSource,
@@ -22,7 +23,6 @@ from volprep_formats.readers.voxel_source import (
     size_error,
     source_of,
 )
-from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceInfo, SourceSpec
 
 HEADER_BYTES = 284
@@ -47,7 +47,6 @@ _BARE_TAGS, _SHORT_TAG = frozenset((1, 2, 20)), 30
 _TAGS = frozenset((*range(3, 8), *range(30, 60)))
 """Other tags: the history of commands, the transform, the table of colours and the like (tags.h of FreeSurfer)."""
 _TYPES = {0: ">u1", 1: ">i4", 3: ">f4", 4: ">i2", 10: ">u2"}
-_LPS_FROM_RAS = np.array([-1.0, -1.0, 1.0])
 # Axes of a file that does not say how it lies: x to the left, y down, z to the front, as FreeSurfer takes them.
 _UNPLACED_RAS = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
@@ -65,13 +64,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
     Raises VolprepError VP1003, VP1005, VP1008, VP1021, VP1280, VP2020 (sheared) or VP2021 (unusable axes).
     """
-    with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
-        try:
-            head = file.read(HEADER_BYTES)
-        except (EOFError, OSError) as error:
-            if isinstance(error, OSError) and error.errno is not None:
-                raise
-            raise VolprepError("VP1005", path=path, error=error or "it ends too early") from error
+    head = head_of(path, HEADER_BYTES)
     if not _is_sound(head):
         raise VolprepError(
             "VP1280", path=path, error=SafeText("its header has impossible sizes or an unknown type of voxels")
@@ -82,8 +75,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     volume = chosen_volume(path, (nz, ny, nx), volumes, spec.volume)
     dtype = np.dtype(_TYPES[int(fields["type"])])
     volume_bytes = nz * ny * nx * dtype.itemsize
-    most = path.stat().st_size * (MAX_DEFLATE_RATIO if is_gzip(path) else 1)
-    check_declared(path, volumes * volume_bytes, HEADER_BYTES, 0, most)
+    check_declared(path, volumes * volume_bytes, HEADER_BYTES, 0, possible_ends(path)[1])
     grid, remarks = _grid(path, fields, (nz, ny, nx))
     voxels = VoxelFile(path, dtype, (nz, ny, nx), HEADER_BYTES + volume * volume_bytes)
     source = source_of(HeaderFacts("mgh", grid, remarks), voxels, progress, most_bytes_after=None)
@@ -136,5 +128,5 @@ def _grid(path: Path, fields: np.void, shape_zyx: tuple[int, int, int]) -> tuple
         columns, centre = _UNPLACED_RAS, np.zeros(3)
         remarks = ("the file does not say how the volume lies in the patient; coronal slices of 1 mm are taken",)
     origin = centre - columns @ (sizes / 2.0)
-    lps = _LPS_FROM_RAS[:, None] * columns
-    return grid_from_affine(path, "field Mdc or delta", shape_zyx, lps, _LPS_FROM_RAS * origin), remarks
+    lps = LPS_FROM_RAS[:, None] * columns
+    return grid_from_affine(path, "field Mdc or delta", shape_zyx, lps, LPS_FROM_RAS * origin), remarks

@@ -14,9 +14,8 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
+from volprep_formats.readers.voxel_file import VoxelFile, head_of, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
-from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
 HEADER_BYTES = 1024
@@ -61,11 +60,7 @@ def is_mrc(head: bytes) -> bool:
 
 def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource:
     """Open a map. Raises VolprepError VP1003, VP1005, VP1008, VP1301 or VP2021."""
-    with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
-        try:
-            head = file.read(HEADER_BYTES)
-        except EOFError as error:
-            raise VolprepError("VP1005", path=path, error=SafeText("it ends too early")) from error
+    head = head_of(path, HEADER_BYTES)
     if not is_mrc(head):
         raise VolprepError("VP1301", path=path, problem=SafeText("its header has no MAP at byte 208"))
     # The stamp of big-endian machines is 0x11 0x11; a mode that only one byte order gives settles files without one.
@@ -79,9 +74,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         what = f"voxels of mode {mode}" if mode not in _TYPES else "several volumes"
         raise VolprepError("VP1301", path=path, problem=f"it has {what}, which are not read")
     dtype = np.dtype(order + _TYPES[mode])
-    size = path.stat().st_size
-    least, most = (0, size * MAX_DEFLATE_RATIO) if is_gzip(path) else (size, size)
-    check_declared(path, prod((nx, ny, nz)) * dtype.itemsize, HEADER_BYTES + symmetry, least, most)
+    check_declared(path, prod((nx, ny, nz)) * dtype.itemsize, HEADER_BYTES + symmetry, *possible_ends(path))
     of_bytes: tuple[str, ...] = ()
     if mode == 0:
         dtype, of_bytes = _bytes(fields)

@@ -19,9 +19,10 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, is_gzip
+from volprep_formats.readers.orientation import LPS_FROM_RAS
+from volprep_formats.readers.voxel_file import head_of, is_gzip, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
-from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuffered
+from volprep_formats.regular_files import open_gzipped, open_unbuffered
 from volprep_formats.source import SourceSpec
 
 MAGIC = b"mrtrix image"
@@ -30,7 +31,6 @@ _MOST_HEADER_BYTES = 2**24
 _MOST_AXES = 16
 _TYPE = re.compile(r"(?:(u?)int(8|16|32|64)|float(32|64))(le|be)?")
 _LAYOUT = re.compile(r"[-+]?[0-9]{1,2}")
-_LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
 Fields = dict[str, list[str]]
 """Values of each key of the header."""
@@ -66,23 +66,16 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         raise VolprepError("VP1291", path=path, error=f"its values are {intercept} + {slope} · stored")
     grid, remarks = _grid(path, fields, axes)
     file, start = _data(path, fields)
-    is_packed = is_gzip(file)
-    size = file.stat().st_size
-    least, most = (0, size * MAX_DEFLATE_RATIO) if is_packed else (size, size)
-    check_declared(file, layout.voxel_bytes(dtype), start, least, most)
-    voxels = layout.opened(file, dtype, start, open_gzipped(file) if is_packed else open_unbuffered(file))
+    check_declared(file, layout.voxel_bytes(dtype), start, *possible_ends(file))
+    stream = open_gzipped(file) if is_gzip(file) else open_unbuffered(file)
+    voxels = layout.opened(file, dtype, start, stream)
     facts = HeaderFacts("mrtrix", grid, remarks, float(slope), float(intercept))
     return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
 
 
 def _header(path: Path) -> Fields:
     """Return the values of each key, up to the line END. Raises VP1005 or VP1291."""
-    with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
-        try:
-            head = file.read(_MOST_HEADER_BYTES)
-        except EOFError as error:
-            raise VolprepError("VP1005", path=path, error=SafeText("it ends too early")) from error
-    lines, end, _ = head.partition(b"\nEND")
+    lines, end, _ = head_of(path, _MOST_HEADER_BYTES).partition(b"\nEND")
     first, *others = lines.decode("utf-8", "replace").split("\n")
     if first.strip().encode() != MAGIC or not end:
         raise VolprepError("VP1291", path=path, error=SafeText("it does not begin with mrtrix image, or has no END"))
@@ -150,8 +143,8 @@ def _grid(path: Path, fields: Fields, axes: _Axes) -> tuple[Grid, list[str]]:
         remarks.append("the file does not say how the volume lies in the patient; right, front and up are assumed")
         matrix = np.column_stack([np.eye(3), -0.5 * (sizes - 1) * spacing])
     with np.errstate(over="ignore", invalid="ignore"):
-        columns: Float64Array = _LPS_FROM_RAS @ matrix[:, :3] * spacing
-        origin: Float64Array = _LPS_FROM_RAS @ matrix[:, 3]
+        columns: Float64Array = np.diag(LPS_FROM_RAS) @ matrix[:, :3] * spacing
+        origin: Float64Array = np.diag(LPS_FROM_RAS) @ matrix[:, 3]
         for axis in range(3):
             if axes.is_backwards[axis]:
                 origin += columns[:, axis] * (sizes[axis] - 1)

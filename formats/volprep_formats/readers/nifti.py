@@ -19,12 +19,12 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels
 from volprep_formats.readers.header_pair import voxels_beside
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile, is_gzip
+from volprep_formats.readers.orientation import LPS_FROM_RAS
+from volprep_formats.readers.voxel_file import VoxelFile, is_gzip, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
-_LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 _UNKNOWN_UNIT = 0
 _MM_PER_UNIT = {_UNKNOWN_UNIT: 1.0, 1: 1000.0, 2: 1.0, 3: 1e-3}
 _LENGTH_BITS = 7  # the other bits of the field are the unit of time
@@ -130,7 +130,7 @@ def _check_end(voxels: VoxelFile, start: int, declared: int) -> list[str]:
 
     Fewer bytes after the last volume are padding, and remarked. A gzipped file shows its size only at its end.
     """
-    most = voxels.path.stat().st_size * (MAX_DEFLATE_RATIO if voxels.is_gzip else 1)
+    most = possible_ends(voxels.path)[1]
     after = most - start - declared
     if voxels.end_bytes > most or (not voxels.is_gzip and not 0 <= after < voxels.slice_bytes):
         voxels.close()
@@ -170,7 +170,7 @@ def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Gri
     affine = affine * _MM_PER_UNIT[unit]
     if unit == _UNKNOWN_UNIT:
         remarks.append("the file does not say its unit of length; millimetres are assumed")
-    lps = _LPS_FROM_RAS @ affine[:3]
+    lps = np.diag(LPS_FROM_RAS) @ affine[:3]
     return grid_from_affine(path, which, shape_zyx, lps[:, :3], lps[:, 3]), remarks
 
 

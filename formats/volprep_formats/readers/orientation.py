@@ -7,6 +7,8 @@ import numpy as np
 
 from volprep_formats.arrays import Float64Array
 
+LPS_FROM_RAS = np.array([-1.0, -1.0, 1.0])
+"""Signs of x, y and z between the space of neuroimaging (right, anterior, superior) and DICOM's."""
 ORIENTATION_TOLERANCE = 1e-3
 """Largest entry of AᵀA - 1 that rounding explains: cosines written with three decimals are off by up to this."""
 

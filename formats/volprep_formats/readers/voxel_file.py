@@ -29,6 +29,23 @@ def is_gzip(path: Path) -> bool:
         return file.read(2) == b"\x1f\x8b"
 
 
+def head_of(path: Path, count: int) -> bytes:
+    """Return the first bytes of a file, unpacked if it is gzipped. Raises VP1005 for a damaged stream, and OSError."""
+    with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
+        try:
+            return file.read(count)
+        except (EOFError, zlib.error, OSError) as error:
+            if isinstance(error, OSError) and error.errno is not None:
+                raise
+            raise VolprepError("VP1005", path=path, error=error or "it ends too early") from error
+
+
+def possible_ends(path: Path) -> tuple[int, int]:
+    """Return the least and the greatest position after the last voxel: the size of a file that is not gzipped."""
+    size = path.stat().st_size
+    return (0, size * MAX_DEFLATE_RATIO) if is_gzip(path) else (size, size)
+
+
 def check_axes(path: Path, shape_zyx: tuple[int, int, int]) -> None:
     """Raise VP1310 if a volume is too long. A small packed file may hold any number of slices of one voxel."""
     for count, (axis, most) in zip(shape_zyx, LONGEST.items(), strict=True):

@@ -25,14 +25,13 @@ from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.minc.file import HDF5, MincFacts, MincFile, MincSlab, facts_of, read_slab
-from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
+from volprep_formats.readers.orientation import LPS_FROM_RAS, ORIENTATION_TOLERANCE
 from volprep_formats.readers.voxel_file import is_gzip
 from volprep_formats.readers.voxel_source import chosen_volume, stored_type_of
 from volprep_formats.regular_files import open_regular
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _MM_PER_UNIT = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3}
-_LPS_FROM_RAS = np.array([-1.0, -1.0, 1.0])
 _LARGEST_HEADER = 2**16
 _BASE_MEMORY_BYTES = 2**29
 _PACKED_MEMORY_PER_BYTE, _PLAIN_MEMORY_PER_BYTE = 64, 2
@@ -53,7 +52,6 @@ class _File:
 
     def run(self, function: Function, argument: object, result_bytes: int, voxels: int) -> NDArray[np.generic]:
         """Call a function of `file`; the result is a copy."""
-        results: list[NDArray[np.generic]] = []
         per_byte = _PACKED_MEMORY_PER_BYTE if self.is_packed else _PLAIN_MEMORY_PER_BYTE
         request = WorkerRequest(
             function=function,
@@ -63,8 +61,7 @@ class _File:
             memory_bytes=_BASE_MEMORY_BYTES + per_byte * self.file_bytes + _MEMORY_PER_VOXEL * voxels,
             seconds=_SECONDS + self.file_bytes / _BYTES_PER_SECOND,
         )
-        self.pool.run([request], lambda _index, result: results.append(result.copy()))
-        return results[0]
+        return self.pool.result_of(request)
 
 
 class MincSource:
@@ -160,7 +157,7 @@ def _grid(path: Path, facts: MincFacts) -> Grid:
     with np.errstate(all="ignore"):  # non-finite values are refused below
         if not (np.abs(np.linalg.norm(cosines, axis=1) - 1.0) <= ORIENTATION_TOLERANCE).all():
             raise VolprepError("VP2021", path=path, which="field direction_cosines")
-        to_mm = _LPS_FROM_RAS * _MM_PER_UNIT[facts.units[0]]
+        to_mm = LPS_FROM_RAS * _MM_PER_UNIT[facts.units[0]]
         # The file lists axes from the slowest one, the grid from x, the fastest.
         columns = (to_mm * cosines * np.array(facts.steps)[:, None])[::-1].T
         origin = to_mm * np.array(facts.origin)

@@ -256,10 +256,8 @@ def _check_missing(path: Path, pool: Workers, volume: _Volume, *, is_accepted: b
 
 
 def _ask(path: Path, pool: Workers, request: WorkerRequest) -> Any:
-    answers: list[bytes] = []
-    pool.run([request], lambda _, answer: answers.append(answer.tobytes()))
     try:
-        return json.loads(answers[0])
+        return json.loads(pool.result_of(request).tobytes())
     except RecursionError as error:  # what the worker could read may be too deep here, where more calls are open
         raise VolprepError("VP1220", path=path, error=SafeText("its metadata nest too deeply")) from error
 

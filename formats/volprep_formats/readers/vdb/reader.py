@@ -65,7 +65,6 @@ class _Worker:
 
     def run(self, function: Function, argument: object, result_bytes: int) -> NDArray[np.generic]:
         """Call a function of `vdb_tree`; the result is a copy."""
-        results: list[NDArray[np.generic]] = []
         request = WorkerRequest(
             function=function,
             argument=argument,
@@ -74,8 +73,7 @@ class _Worker:
             memory_bytes=_BASE_MEMORY_BYTES + _MEMORY_PER_BYTE * self.file_bytes,
             seconds=_SECONDS + self.file_bytes / _BYTES_PER_SECOND,
         )
-        self.pool.run([request], lambda _index, result: results.append(result.copy()))
-        return results[0]
+        return self.pool.result_of(request)
 
     def run_json(self, function: Function, argument: object) -> Any:
         """Call a function that gives JSON."""
