@@ -48,7 +48,7 @@ def test_mipmaps_hold_and_draw_what_textures_of_their_own_do(tmp_path, profile, 
             expected = one.render(box_from_clip, (40, 40))
             assert expected[..., 3].max() > 0.5
             np.testing.assert_allclose(other.render(box_from_clip, (40, 40)), expected, rtol=0, atol=1.01 / 255)
-    for program in chained.manifest.programs:
+    for program in chained.manifest.level_programs:
         assert uncut(chained, program) is not None
     # The whole level from which boxes are cut is the finest mipmap.
     assert chained.manifest.subvolumes.whole == "textures/volume-scan-0.ktx2"
