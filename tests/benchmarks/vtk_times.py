@@ -4,7 +4,7 @@ It runs in a process of its own, as VTK closes the EGL display that it would sha
 volprep.vtk.volume_pictures, and has
 
 - lit: 0 or 1; light comes from the viewer, all of it diffuse, with the gradient's direction as the normal
-- rounds: how often each picture is drawn again, for its time
+- rounds: how often each picture is drawn again, for its time; 0 for pictures alone
 
 The result has pictures, uint8 [step, camera, H, W, 4], premultiplied linear, wall_ms and cpu_ms [step, camera], the
 best of the rounds, and driver and version as there. VTK ends its rays early, at an opacity of 254/255. Voxels keep
@@ -63,6 +63,8 @@ def _light(plotter: pyvista.Plotter, volume: vtk.vtkVolume) -> None:
 
 
 def _times(plotter: pyvista.Plotter, task: Task, number: int) -> tuple[float, float]:
+    if not int(task["rounds"]):
+        return 0.0, 0.0
     draw_camera(plotter, task, number)
     window = window_of(plotter)
     wake(driver_of(plotter)[1], lambda: (window.Render(), window.WaitForCompletion()))
