@@ -10,10 +10,14 @@ if(VOLPREP_SANITIZE)
   add_compile_options(-fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   add_link_options(-fsanitize=address,undefined)
   set(VOLPREP_KERNEL_OPTIMIZATION -O1)
+  set(VOLPREP_SCALAR_OPTIMIZATION -O1)
   set(VOLPREP_BINDING_OPTIMIZATION -O1)
   return()
 endif()
 set(VOLPREP_KERNEL_OPTIMIZATION -O3)
+# Rays that branch at each cell are as fast as with -O3, and compile in two thirds of the time. Loops over rows are not:
+# filters of bytes took five times as long.
+set(VOLPREP_SCALAR_OPTIMIZATION -O2)
 # Bindings only translate, and compile in two thirds of the time. They share no inline function with a kernel.
 set(VOLPREP_BINDING_OPTIMIZATION -Os)
 

@@ -1,7 +1,5 @@
 #include "volprep/oracle.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "volprep/oracle/frame.hpp"
@@ -17,18 +15,9 @@ void render_oracle(const Voxel* voxels, const OracleVolume& volume, const Oracle
     const std::vector<uint8_t> empty_blocks =
         oracle::find_empty_blocks(voxels, volume.shape, volume.slope, volume.intercept, prepared, threads);
     const oracle::Normals normals = oracle::normals_of(volume.normals);
-    oracle::Field<Voxel> field{voxels,
-                               volume.shape,
-                               volume.slope,
-                               volume.intercept,
-                               {},
-                               {},
-                               empty_blocks.data(),
-                               minmax_shape(volume.shape, oracle::kBlockCells),
-                               volume.nearest,
-                               volume.normals == nullptr ? nullptr : &normals};
-    std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
-    std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
+    oracle::Field<Voxel> field = oracle::field_of(voxels, volume, volume.normals == nullptr ? nullptr : &normals);
+    field.empty_blocks = empty_blocks.data();
+    field.nearest = volume.nearest;
     oracle::draw_beams<oracle::Cuts>(
         picture, prepared.colour_max, threads,
         [&](const oracle::Ray& ray, oracle::Cuts& work) { return gather_ray(field, ray, prepared, tolerance, work); });
