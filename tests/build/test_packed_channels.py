@@ -168,7 +168,7 @@ class TestWhatItDraws:
         report = validate(package.path, tmp_path / "r", picture_size=16)
         assert report.verdict.passed
         for part in channel_packages(package).values():
-            for program in part.manifest.programs:
+            for program in part.manifest.level_programs:
                 assert uncut(part, program) is not None
                 assert uncut(part, program.model_copy(update={"opacity_cutoff": 0.9})) is None
 
