@@ -168,7 +168,7 @@ class _Bench:
             mask = seen_pixels(picture, truth)
             squares += float(((picture - truth)[mask] ** 2).sum())
             seen += 4 * int(mask.sum())
-            things += small_things(picture, truth, 2 * 2**level * self._pixels_per_voxel)
+            things += small_things(picture, truth, 2 * 2**level * self._pixels_per_voxel, spreads=True)
         light = sum(thing.light for thing in things)
         row = StudyRow(
             subject=subject.name,

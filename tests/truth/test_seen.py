@@ -24,9 +24,9 @@ def vessel(opacity=0.44, half_width=1.0, size=SIZE):
     return picture
 
 
-def bright_things(picture, truth, width):
-    """Things of the brightness alone; a vessel is also of another colour than the air."""
-    return [thing for thing in small_things(picture, truth, width) if thing.signal == "bright"]
+def bright_things(picture, truth, width, *, spreads=True):
+    """Things of the brightness alone, of a coarse level; a vessel is also of another colour than the air."""
+    return [thing for thing in small_things(picture, truth, width, spreads=spreads) if thing.signal == "bright"]
 
 
 def crowd(seed):
@@ -110,9 +110,27 @@ def test_a_vessel_keeps_all_its_light_if_nothing_changes_and_if_it_is_spread_ove
         assert thing.kept == pytest.approx(1.0, abs=0.01)
 
 
+def test_the_finest_level_spreads_no_light_over_two_voxels():
+    (thing,) = bright_things(spread(vessel(), 4), vessel(), 4.0, spreads=False)
+    assert thing.kept_at_most == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_third_of_a_step_of_8_bits_all_around_is_no_loss_of_a_faint_thing_at_the_finest_level():
+    haze = np.full((SIZE, SIZE, 4), 0.2)
+    truth = haze + 0.3 * vessel(half_width=2.0)
+    rng = np.random.default_rng(4)
+    wrong = truth - np.kron(rng.uniform(0.0, 0.003, (12, 12, 1)), np.ones((8, 8, 1)))
+    of_level, of_finest = (bright_things(wrong, truth, 12.0, spreads=each)[0] for each in (True, False))
+    assert of_finest.kept == pytest.approx(1.0, abs=0.05)
+    assert of_finest.within < 0.4 * of_level.within
+    (lost,) = bright_things(haze + 0.7 * (truth - haze) + wrong - truth, truth, 12.0, spreads=False)
+    assert lost.kept_at_most < 0.75
+
+
+@pytest.mark.parametrize("spreads", [True, False])
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9])
-def test_a_vessel_at_part_of_its_opacity_keeps_that_part(kept):
-    (thing,) = bright_things(kept * vessel(), vessel(), 4.0)
+def test_a_vessel_at_part_of_its_opacity_keeps_that_part(kept, spreads):
+    (thing,) = bright_things(kept * vessel(), vessel(), 4.0, spreads=spreads)
     assert thing.kept == pytest.approx(kept, abs=0.01)
     assert thing.light == pytest.approx(2 * (SIZE - 16) * 0.44 * 0.7, rel=0.01)
 

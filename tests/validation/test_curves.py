@@ -10,7 +10,7 @@ from scene_builds import built
 from volprep.lab import small_scan
 from volprep.lab.curves import measure
 from volprep.lab.curves.choices import CHOICES, Choice, Variant
-from volprep.lab.curves.front import with_front
+from volprep.lab.curves.front import beats, with_front
 from volprep.lab.curves.measure import measure_curves
 from volprep.lab.curves.page import curves_page
 from volprep.lab.curves.records import (
@@ -238,13 +238,19 @@ def test_the_front_is_what_nothing_beats_in_both() -> None:
     assert plotted_cost(points[1], "milliseconds") == 2
 
 
-def test_what_quartiles_and_views_do_not_tell_apart_beats_nothing() -> None:
+def test_an_error_that_is_hardly_smaller_beats_no_faster_draw() -> None:
     """A draw of 51.7 ms is beaten by one of 30.6 ms that is 0.007 % worse."""
     slow, fast = point("slow", 51.7, 0.01), point("fast", 30.6, 0.0100007)
     assert [each.on_front for each in with_front([slow, fast], "milliseconds")] == [False, True]
-    spread = slow.wall.model_copy(update={"low": 25.0})
-    unsure = slow.model_copy(update={"wall": spread})
-    assert all(each.on_front for each in with_front([unsure, fast], "milliseconds"))
+
+
+def test_what_beats_a_point_beats_all_that_this_point_beats() -> None:
+    rng = np.random.default_rng(8)
+    points = [point(str(k), *rng.uniform(1.0, 1.4, 2)) for k in range(60)]
+    better = np.array([[beats(one, other, "milliseconds") for other in points] for one in points])
+    assert better.any()
+    assert not (better & better.T).any()
+    assert not ((better.astype(int) @ better.astype(int) > 0) & ~better).any()
 
 
 def test_a_draw_that_takes_longer_beats_no_faster_one_however_its_times_scatter() -> None:

@@ -16,14 +16,15 @@ measured by itself:
 4. Things that are small, dark or of another colour are three times as far above the opening as other matter within four
    widths is in the mean: grains of noise are not, a fracture line and a lesion are. Matter is where the opening of the
    opacity shows something. Small things do not lie on an outline.
-5. Its *surroundings* are the pixels that are nearer to it than to other things, no further away than the width: a level
-   may spread the light over so much.
-6. *Kept light* is 1 plus the sum of (picture - truth) over the surroundings, divided by the light. The difference of
-   the background is subtracted first: a line of least squares over the opening, through the pixels outside all
-   surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in the empty air
-   beside it, as the mean of the background does.
+5. Its *surroundings* are the pixels that are nearer to it than to other things, no further away than the width.
+6. *Kept light* is 1 plus the weighted sum of (picture - truth), divided by that of what the opening removes. A coarse
+   level may spread the light over the surroundings, which all weigh 1. The finest level may not: the thing's
+   own pixels alone weigh, by what the opening removes, so that a third of a step of 8 bits all around is no loss. The
+   difference of the background is subtracted first: a line of least squares over the opening, through the pixels
+   outside all surroundings within three widths. A body that a level makes darker then takes nothing from a vessel in
+   the empty air beside it, as the mean of the background does.
 7. It is *uncertain* by the scatter of the background's differences about that line, taken as independent in patches of
-   the width squared, summed over the surroundings and divided by the light. Where a thing lies on a body that is
+   the width squared, with the same weights and divisor. Where a thing lies on a body that is
    brighter than all background near it, the line does not cover this body: its excess brightness counts times the mean
    change of the whole picture. Lines on a lit head, which are a tenth of its light, had no other background than air.
 
@@ -98,12 +99,13 @@ class SmallThing:
 
 
 def small_things(
-    picture: FloatArray, truth: FloatArray, width_pixels: float, *, lit: bool = False
+    picture: FloatArray, truth: FloatArray, width_pixels: float, *, spreads: bool = False, lit: bool = False
 ) -> tuple[SmallThing, ...]:
     """Return the things of `truth` with the light that `picture` keeps of each, the least kept first.
 
     Both pictures are [H, W, 4], premultiplied linear RGB and alpha. `width_pixels` is the width of two voxels of the
-    level in pixels. With `lit`, shades of one colour are no contrast. Raises ValueError if the shapes differ.
+    level in pixels. With `spreads`, for coarse levels, light may move to the surroundings. With `lit`, shades of one
+    colour are no contrast. Raises ValueError if the shapes differ.
     """
     require_same_shape(picture, truth)
     scale = max(1, int(width_pixels / _FINE))
@@ -121,7 +123,7 @@ def small_things(
         thing
         for (signal, high), (_, drawn) in pairs
         if np.ptp(high) >= LEAST_MEAN_CONTRAST
-        for thing in _of_signal(signal, high, drawn - high, matter, width, scale)
+        for thing in _of_signal(signal, high, drawn - high, matter, width, scale, spreads=spreads)
     ]
     corner = tuple(side.start * scale for side in part)
     return tuple(sorted((_moved(thing, *corner) for thing in found), key=lambda thing: thing.kept))
@@ -133,7 +135,14 @@ def _moved(thing: SmallThing, down: int, right: int) -> SmallThing:
 
 
 def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
-    signal: Signal, high: Float32Array, difference: Float32Array, matter: NDArray[np.bool_], width: float, scale: int
+    signal: Signal,
+    high: Float32Array,
+    difference: Float32Array,
+    matter: NDArray[np.bool_],
+    width: float,
+    scale: int,
+    *,
+    spreads: bool,
 ) -> list[SmallThing]:
     """Return the things of which the signal `high` of the truth is above its surroundings."""
     found = _things(high, matter, width, signal)
@@ -143,12 +152,16 @@ def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
     near = _surroundings(labels, width)
     background, scatter, unknown = _background(difference, high - removed, near == 0, width)
     count = int(labels.max()) + 1
-    light = np.bincount(labels.ravel(), removed.ravel(), count)[1:]
-    change, variance, brighter = (
-        np.bincount(near.ravel(), each.ravel(), count)[1:] for each in (difference - background, scatter**2, unknown)
-    )
+    of, weights = (near, np.float32(1.0)) if spreads else (labels, removed)
+
+    def total(values: FloatArray, where: NDArray[np.intp] = of) -> Float64Array:
+        found: Float64Array = np.bincount(where.ravel(), values.ravel(), count)[1:]
+        return found
+
+    weighed = total(weights * removed, labels)
     mean_change = float(np.abs(difference).sum() / np.abs(high).sum())
-    within = np.hypot(width * np.sqrt(variance), mean_change * brighter)
+    within = np.hypot(width * np.sqrt(total((weights * scatter) ** 2)), mean_change * total(weights * unknown))
+    change, light = total(weights * (difference - background)), total(removed, labels)
     return [
         SmallThing(
             rows=(rows.start * scale, rows.stop * scale),
@@ -156,8 +169,8 @@ def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
             signal=signal,
             is_thin=_length((rows, columns)) >= 2 * width,
             light=float(light[index]) * scale**2,
-            kept=1.0 + float(change[index] / light[index]),
-            within=float(within[index] / light[index]),
+            kept=1.0 + float(change[index] / weighed[index]),
+            within=float(within[index] / weighed[index]),
         )
         for index, (rows, columns) in enumerate(_boxes(labels))
     ]

@@ -1,11 +1,14 @@
-"""The Pareto front of a curve: variants that no other beats, within the uncertainty of times and errors."""
+"""The Pareto front of a curve: variants that no other beats."""
 
+import math
 from collections.abc import Sequence
 
-from volprep.lab.curves.records import Cost, CurvePoint, Range, cost_range, plotted_cost
+from volprep.lab.curves.records import Cost, CurvePoint, plotted_cost
 
-_SAME_ERROR = 0.02
-"""Errors that differ by less than a fiftieth count as equal: another view may order them the other way round."""
+_SAME_ERROR = 1.02
+"""Ratio of errors that count as equal: another view may order them the other way round."""
+_SAME_COST = 1.1
+"""Ratio of costs that count as equal: medians of nine draws, and builds, scatter by so much."""
 
 
 def with_front(points: Sequence[CurvePoint], cost: Cost) -> tuple[CurvePoint, ...]:
@@ -17,22 +20,18 @@ def with_front(points: Sequence[CurvePoint], cost: Cost) -> tuple[CurvePoint, ..
 
 
 def beats(one: CurvePoint, other: CurvePoint, cost: Cost) -> bool:
-    """Return whether `one` is clearly better than `other` in cost or in error, costs no more, and has no larger error.
+    """Return whether `one` is better than `other` in cost or in error, and no worse in both.
 
-    Costs are clearly apart if their quartiles are, errors if they differ by a fiftieth. What costs more in the median
-    beats nothing that is cheaper, however far its quartiles reach: on a busy machine a step of 354 ms beat one of 80.
+    Costs and errors count in classes of nearly equal ones, so that what beats a point beats all that this point beats.
+    Quartiles that overlap are no such order: on a busy machine the slowest step alone was on the front.
     """
-    costs = cost_range(one, cost), cost_range(other, cost)
-    errors = _error_range(one), _error_range(other)
-    better = _is_less(*costs) or _is_less(*errors)
-    return better and plotted_cost(one, cost) <= plotted_cost(other, cost) and not _is_less(*reversed(errors))
+    own, others = _classes(one, cost), _classes(other, cost)
+    return own != others and own[0] <= others[0] and own[1] <= others[1]
 
 
-def _error_range(point: CurvePoint) -> Range:
-    rmse = point.errors.rmse
-    return rmse * (1 - _SAME_ERROR / 2), rmse * (1 + _SAME_ERROR / 2)
+def _classes(point: CurvePoint, cost: Cost) -> tuple[int, int]:
+    return _class(plotted_cost(point, cost), _SAME_COST), _class(point.errors.rmse, _SAME_ERROR)
 
 
-def _is_less(one: Range, other: Range) -> bool:
-    """Return whether one range lies below the other."""
-    return one[1] < other[0]
+def _class(value: float, ratio: float) -> int:
+    return round(math.log(max(value, 1e-9), ratio))

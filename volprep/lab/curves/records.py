@@ -134,15 +134,3 @@ def plotted_cost(point: CurvePoint, cost: Cost) -> float:
         "seconds": point.build_seconds,
     }
     return costs[cost]
-
-
-Range = tuple[float, float]
-"""Least and greatest."""
-
-
-def cost_range(point: CurvePoint, cost: Cost) -> Range:
-    """Return the range of a variant's cost: quartiles of times of draws, one build, exact bytes."""
-    if cost == "milliseconds":
-        return point.wall.low, point.wall.high
-    found = plotted_cost(point, cost)
-    return (0.9 * found, 1.1 * found) if cost == "seconds" else (found, found)

@@ -133,7 +133,7 @@ def _seen_at(drawn: Picture, truth: Picture, pixels: int, subject: Subject, leve
 
 def _things(drawn: Picture, truth: Picture, subject: Subject, level: Level) -> tuple[SmallThing, ...]:
     """Return the thin and small things of a level in pictures of any size."""
-    return small_things(drawn, truth, _width(truth, subject, level), lit=subject.is_lit)
+    return small_things(drawn, truth, _width(truth, subject, level), spreads=True, lit=subject.is_lit)
 
 
 def _width(truth: Picture, subject: Subject, level: Level) -> float:

@@ -152,9 +152,11 @@ def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumber
 def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
     """Return whether the box reference is beyond the tolerance in a view: then a level may be for previews only.
 
-    The level itself does not matter, nor does its mark: without a reference it is judged as any other.
+    The level itself does not matter, nor does its mark: without a reference it is judged as any other. The reference
+    counts as a level that is as much worse as it may be: where one had 0.0963 of 0.1, a level with 0.102 was a fault.
     """
-    allowed = tolerance.model_copy(update={"maximum": 1.0})
+    worse = {"rmse": tolerance.rmse / _WORSE, "flip": tolerance.flip / _WORSE}
+    allowed = tolerance.model_copy(update={"maximum": 1.0, **worse})
     return any(not passes(each, allowed) for each in boxes)
 
 
