@@ -155,8 +155,7 @@ def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
     of, weights = (near, np.float32(1.0)) if spreads else (labels, removed)
 
     def total(values: FloatArray, where: NDArray[np.intp] = of) -> Float64Array:
-        found: Float64Array = np.bincount(where.ravel(), values.ravel(), count)[1:]
-        return found
+        return np.bincount(where.ravel(), values.ravel(), count)[1:].astype(np.float64)
 
     weighed = total(weights * removed, labels)
     mean_change = float(np.abs(difference).sum() / np.abs(high).sum())
