@@ -79,12 +79,14 @@ class RayLight:
         self._targets = {name: fine.light(table) for name, table in tables.items()}
 
     def compared(
-        self, name: LevelFilter, level: Sampled, histogram: Histogram | None, seconds: float
+        self, name: LevelFilter, level: Sampled, histogram: Histogram | None, seconds: float, share: float = 1.0
     ) -> tuple[tuple[AdaptedTable, ...], list[Trial]]:
         """Compare the light of a level that a filter made; give the tables that are worth it, and all numbers.
 
-        `seconds` is the time that the level took to make. Tables of a histogram are always worth it.
+        `seconds` is the time that the level took to make. Tables of a histogram are always worth it; others are fitted
+        along a `share` of the rays, the first ones.
         """
+        count = math.ceil(share * len(level.fit.lengths_mm))
         tables: list[AdaptedTable] = []
         trials: list[Trial] = []
         for transfer, common in self._tables.items():
@@ -94,7 +96,7 @@ class RayLight:
                 continue
             began = time.perf_counter()
             if histogram is None:
-                table = fitted_table(level.fit, self._targets[transfer].fit, common)
+                table = fitted_table(level.fit.part(0, count), self._targets[transfer].fit[:count], common)
             else:
                 table = level_table(histogram.shares, common, histogram.length_mm)
             spent = seconds + time.perf_counter() - began

@@ -3,7 +3,7 @@
 A refined level begins as the filter "raised" makes it, so that a thin thing is nowhere at values that its transfer
 function does not show: there no change of a voxel changes any light. In turn, tables are fitted to the light of rays
 (adapted.py), and voxels take accelerated gradient steps that the adjoint of the emission-absorption sum gives
-(`refine_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). A voxel may
+(`trace_sums` of the native core; separable surrogates as in tomography, with Nesterov's momentum). A voxel may
 leave the range of its cell: between two voxels a renderer sees their mean, so that a thin thing at its own brightness
 needs brighter ones. Within the range, errors in pictures are larger by 17 % (thin shells), 12 % (vessels; level 1) and
 6 % (soft tissue, level 2). The method is volprep's own.
@@ -27,6 +27,7 @@ from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.rays import RaySegments, random_lines, ray_counts, sample_slices
+from volprep.parts.levels.traced import Shading, traced_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 
@@ -242,6 +243,10 @@ class Refinement:
     """Steps of voxels in each round."""
     steady: bool = False
     """Whether the curvature of a step is at least the mean over the parts so far, and not that of its own rays."""
+    longer: float = 1.0
+    """Factor of the curvature: less than 1 makes steps longer."""
+    shading: Shading | None = None
+    """How samples are lit; None if they are not."""
     tie: float = _TIE
     """Weight of a voxel's change beside the mean curvature, so that voxels that no ray meets stay."""
 
@@ -323,25 +328,13 @@ class Refinement:
         spacing_mm_zyx: tuple[float, float, float],
     ) -> tuple[Float32Array, Float32Array]:
         """Return gradient and curvature of the squared error of light by each voxel, over all transfer functions."""
-        spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
-        lengths_mm = self.lines.lengths_mm
-        counts = ray_counts(lengths_mm, spacing_mm_zyx, per_voxel=self.per_voxel)
-        offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
         sums = np.zeros((*level.shape, 2), np.float32)
+        rays = traced_rays(self.lines, spacing_mm_zyx, self.per_voxel)
+        shading = None if self.shading is None else self.shading.numbers
+        voxels, weights = np.ascontiguousarray(level), np.ones(len(self.lines.lengths_mm))
         for name, (table, slopes) in sloped.items():
-            _native.refine_sums(
-                np.ascontiguousarray(level),
-                np.ascontiguousarray(self.lines.starts_mm_xyz / spacing_mm_xyz - 0.5),
-                np.ascontiguousarray(self.lines.directions_xyz / spacing_mm_xyz),
-                np.ascontiguousarray(lengths_mm),
-                offsets,
-                table,
-                slopes,
-                self.lights[name],
-                np.ones(len(lengths_mm)),
-                sums,
-            )
-        return sums[..., 0], sums[..., 1]
+            _native.trace_sums(voxels, *rays, shading, table, slopes, self.lights[name], weights, sums)
+        return sums[..., 0], sums[..., 1] * np.float32(self.longer)
 
 
 def smoothed_slopes(table: Float64Array, reach: float) -> Float64Array:

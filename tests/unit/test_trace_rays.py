@@ -8,6 +8,7 @@ from scipy import ndimage
 from volprep.compositing import COMPOSITINGS
 from volprep.kernels import _native
 from volprep.parts.levels.rays import RaySegments, ray_counts, sample_level
+from volprep.parts.levels.traced import order_in_space
 from volprep.scan.in_memory import InMemory
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
@@ -32,19 +33,19 @@ def arguments(lines):
     counts = ray_counts(lines.lengths_mm, SPACING, per_voxel=3)
     apart = np.where(HALVED_ZYX[::-1], 0.5, 1.0)
     rays = (lines.starts_mm_xyz / spacing - 0.5, lines.directions_xyz / spacing, lines.lengths_mm)
-    return *rays, np.concatenate([[0], np.cumsum(counts)]), spacing, apart, SOFT_PER_MM, TABLE
+    return *rays, np.concatenate([[0], np.cumsum(counts)]), (*spacing, *apart, SOFT_PER_MM), TABLE
 
 
 def light_of(codes, lines, threads=0):
     light = np.empty((len(lines.lengths_mm), 4))
-    _native.lit_light(codes, 1.0 / 65535, *arguments(lines), light, threads)
+    _native.trace_light(codes, 1.0 / 65535, *arguments(lines), light, None, threads)
     return light
 
 
 def sums_of(codes, lines, light, threads=0):
     sums = np.zeros((*SHAPE, 2), np.float32)
     level = (codes / 65535).astype(np.float32)
-    return _native.lit_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), sums, threads), sums
+    return _native.trace_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), sums, threads), sums
 
 
 def cosines_of(codes, lines, offsets):
@@ -92,6 +93,36 @@ def test_the_light_is_that_of_samples_and_their_gradients(codes, lines) -> None:
         for ray, (begin, end) in enumerate(zip(along.offsets[:-1], along.offsets[1:], strict=True))
     ]
     assert light_of(codes, lines) == pytest.approx(np.array(expected), abs=2e-4)
+
+
+def test_without_shading_the_light_is_that_of_samples(codes, lines) -> None:
+    *rays, _, table = arguments(lines)
+    light = np.empty((len(lines.lengths_mm), 4))
+    _native.trace_light(codes, 1.0 / 65535, *rays, None, table, light)
+    expected = sample_level(InMemory.of(codes), SPACING, lines, per_voxel=3).light(TABLE)
+    # What lies behind a five-hundredth of the light is left out.
+    assert light == pytest.approx(expected, abs=2.1e-3)
+    assert np.abs(light - expected).mean() < 1e-3
+
+
+def test_a_ray_shows_most_at_its_first_opaque_voxel() -> None:
+    codes = np.zeros((9, 9, 40), np.uint16)
+    codes[:, :, 21] = codes[:, :, 30] = 65535
+    lines = RaySegments(np.array([[0.0, 4.5, 4.5]]), np.array([[1.0, 0.0, 0.0]]), np.array([40.0]))
+    table = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 20.0]])
+    rays = (lines.starts_mm_xyz - 0.5, lines.directions_xyz, lines.lengths_mm, np.array([0, 400]))
+    depths_mm = np.empty(1)
+    _native.trace_light(codes, 1.0 / 65535, *rays, None, table, np.empty((1, 4)), depths_mm)
+    assert depths_mm[0] == pytest.approx(21.0, abs=0.5)
+    _native.trace_light(np.zeros_like(codes), 1.0 / 65535, *rays, None, table, np.empty((1, 4)), depths_mm)
+    assert depths_mm[0] == 20.0
+
+
+def test_neighbours_in_space_follow_each_other() -> None:
+    places_mm = np.random.default_rng(2).uniform(0.0, 50.0, (4000, 3))
+    apart_mm = np.linalg.norm(np.diff(places_mm[order_in_space(places_mm, 50.0)], axis=0), axis=1)
+    # By chance 33 mm; the nearest of so many is 1.7 mm away.
+    assert np.median(apart_mm) < 4.0
 
 
 def test_the_gradient_is_that_of_differences_of_the_light(codes, lines) -> None:
@@ -149,6 +180,6 @@ def test_rays_pass_empty_blocks_without_missing_a_sample() -> None:
     faint = np.where(sparse > 0, sparse, 1e-12)
     lights = np.empty((2, 4000, 4))
     for light, each in zip(lights, (sparse, faint), strict=True):
-        _native.lit_light(codes, 1.0 / 65535, *rays, each, light)
+        _native.trace_light(codes, 1.0 / 65535, *rays, each, light)
     assert 0.1 < (lights[0, :, 3] > 0.1).mean() < 0.9
     np.testing.assert_allclose(lights[0], lights[1], atol=1e-9)

@@ -29,12 +29,13 @@ def sums_of(level, lines, light, weights, threads=0):
     counts = np.diff(sample_slices(np.zeros(SHAPE, np.uint8), SPACING, lines).offsets)
     sums = np.zeros((*SHAPE, 2), np.float32)
     spacing = np.array(SPACING[::-1])
-    cost = _native.refine_sums(
+    cost = _native.trace_sums(
         level,
         lines.starts_mm_xyz / spacing - 0.5,
         lines.directions_xyz / spacing,
         lines.lengths_mm,
         np.concatenate([[0], np.cumsum(counts)]),
+        None,
         TABLE,
         SLOPES,
         light,
