@@ -94,7 +94,7 @@ def write_gallery(folder: Path) -> None:
         shutil.copy(entry.package, folder / f"{entry.name}.volpkg.zip")
         shutil.copy(entry.package.with_suffix(".png"), folder / f"{entry.name}.png")
     (folder / "README.md").write_text(_page(), encoding="utf-8")
-    shutil.copytree(ROOT / "formats" / "js", folder / "js", ignore=lambda _, names: [n for n in names if "." not in n])
+    shutil.copytree(ROOT / "formats" / "js", folder / "js", ignore=shutil.ignore_patterns("node_modules", "types"))
 
 
 def _page() -> str:

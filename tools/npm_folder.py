@@ -59,7 +59,7 @@ def wrote_types(target: Path) -> bool:
     source = runtime_folder()
     paths = {"three": [str(installed / "@types" / "three")]}
     options = {"skipLibCheck": True, "rootDir": str(source), "outDir": str(target.absolute()), "paths": paths}
-    settings = {"extends": str(source / "tsconfig.json"), "compilerOptions": options, "include": [f"{source}/*.js"]}
+    settings = {"extends": str(source / "tsconfig.json"), "compilerOptions": options, "include": [f"{source}/**/*.js"]}
     with TemporaryDirectory() as folder:
         file = Path(folder) / "tsconfig.json"
         file.write_text(json.dumps(settings), encoding="utf-8")

@@ -1,7 +1,7 @@
 /** Cameras around a volume, and the matrices between spaces. Matrices are lists of 16 numbers, column by column. */
 
-/** @typedef {import("./types.js").Grid} Grid */
-/** @typedef {import("./types.js").Three} Three */
+/** @typedef {import("./core/types.js").Grid} Grid */
+/** @typedef {import("./core/types.js").Three} Three */
 /**
  * Where the viewer is, in millimetres of the patient's space (LPS).
  * @typedef {object} Camera

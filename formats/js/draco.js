@@ -1,5 +1,5 @@
 /** Meshes that are compressed with Draco, for apps that bring a decoder. spec/proxy.md. */
-import { VolpkgError } from "./rarer.js";
+import { VolpkgError } from "./core/messages.js";
 
 /**
  * Result of a Draco decoder: x, y, z of each vertex, and three vertices of each triangle.
@@ -42,7 +42,7 @@ export function dracoDecoder(module) {
  * A primitive from its bitstream, whose sizes are looked at first: a few bytes that say 2^28 triangles keep a decoder busy for
  * minutes.
  * @param {Uint8Array<ArrayBuffer>} bytes @param {DecodeDraco} decode @param {string} name of the file
- * @returns {Promise<import("./mesh.js").Part>}
+ * @returns {Promise<import("./gl/mesh.js").Part>}
  */
 export async function unpackedPart(bytes, decode, name) {
   /** @param {string} problem @returns {never} */

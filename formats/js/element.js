@@ -11,14 +11,14 @@
  * remedy; shown unless its default is prevented). Parts for styles: canvas, poster, status, tools, function, button,
  * marks, annotations, fidelity.
  */
-import { VolpkgError } from "./error.js";
-import { openPackage } from "./package.js";
-import { addStyle } from "./sheet.js";
-import { FIRST_VIEW, Stage } from "./stage.js";
+import { VolpkgError } from "./core/error.js";
+import { openPackage } from "./core/package.js";
+import { addStyle } from "./element/sheet.js";
+import { FIRST_VIEW, Stage } from "./element/stage.js";
 
-/** @typedef {import("./package.js").Package} Package */
-/** @typedef {import("./package.js").OpenOptions} OpenOptions */
-/** @typedef {import("./element_tools.js").Tools} Tools */
+/** @typedef {import("./core/package.js").Package} Package */
+/** @typedef {import("./core/package.js").OpenOptions} OpenOptions */
+/** @typedef {import("./element/element_tools.js").Tools} Tools */
 
 const STYLE = `:host { display: block; position: relative; aspect-ratio: 4 / 3; background: #000; color: #fff; }
 canvas, img { position: absolute; width: 100%; height: 100%; object-fit: contain; }
@@ -36,7 +36,7 @@ export class VolumeViewer extends HTMLElement {
    * @type {OpenOptions & NonNullable<Parameters<Stage["start"]>[0]>}
    */
   options = {};
-  /** A measurement of this device, for `fidelity`. @type {import("./fidelity.js").Measured | undefined} */
+  /** A measurement of this device, for `fidelity`. @type {import("./core/fidelity.js").Measured | undefined} */
   measured;
   /** The open package. @type {Package | null} */
   package = null;
@@ -120,7 +120,7 @@ export class VolumeViewer extends HTMLElement {
     this.#canvas = canvas;
     this.#dress();
     if (!src) return;
-    const onProgress = (/** @type {import("./package.js").Progress} */ at) => {
+    const onProgress = (/** @type {import("./core/package.js").Progress} */ at) => {
       const notes = () => this.renderer?.notes.join(" ") ?? "";
       this.#say(at.loaded < at.total ? `loading ${Math.floor((100 * at.loaded) / at.total)} %` : notes());
       this.#tell("progress", at);
@@ -199,7 +199,7 @@ export class VolumeViewer extends HTMLElement {
     this.#turning.abort();
     if (!degrees) return;
     const { signal } = (this.#turning = new AbortController());
-    const { rotate } = await import("./rotate.js");
+    const { rotate } = await import("./element/rotate.js");
     if (this.#stage && !signal.aborted && !rotate(this.#stage, Number(degrees), signal))
       this.#wrong("auto-rotate", "it is not a number of degrees a second");
   }
@@ -208,7 +208,7 @@ export class VolumeViewer extends HTMLElement {
   async #equip() {
     const stage = this.#stage;
     const isWanted = () => TOOLS.some((each) => this.hasAttribute(each));
-    const found = isWanted() ? await import("./element_tools.js") : null;
+    const found = isWanted() ? await import("./element/element_tools.js") : null;
     if (!stage || this.#stage !== stage) return;
     this.#tools?.remove();
     this.#tools = null;
@@ -247,7 +247,7 @@ export class VolumeViewer extends HTMLElement {
 
   /** @param {string} name @param {string} reason */
   async #wrong(name, reason) {
-    await import("./rarer.js");
+    await import("./core/messages.js");
     this.#fail(new VolpkgError("VP7081", { name, value: JSON.stringify(this.getAttribute(name)), reason }));
   }
 

@@ -1,16 +1,16 @@
 /** A volume package as an object of three.js. */
 import * as THREE from "three";
 import { middle, worldFromBox } from "./camera.js";
-import { Picker } from "./pick.js";
-import { backdropOf, freeBackdrops } from "./three_backdrop.js";
-import { sightOf } from "./three_camera.js";
-import { FRAGMENT, MODES, VERTEX } from "./three_shader.js";
-import { pageColour } from "./three_page.js";
+import { Picker } from "./draw/pick.js";
+import { backdropOf, freeBackdrops } from "./three/three_backdrop.js";
+import { sightOf } from "./three/three_camera.js";
+import { FRAGMENT, MODES, VERTEX } from "./three/three_shader.js";
+import { pageColour } from "./three/three_page.js";
 import { Package, VolpkgError, createRenderer, openPackage } from "./volpkg.js";
 
-/** @typedef {import("./renderer.js").RendererOptions} RendererOptions */
-/** @typedef {import("./renderer.js").Renderer} Renderer */
-/** @typedef {import("./types.js").Grid} Grid */
+/** @typedef {import("./core/renderer.js").RendererOptions} RendererOptions */
+/** @typedef {import("./core/renderer.js").Renderer} Renderer */
+/** @typedef {import("./core/types.js").Grid} Grid */
 /** @typedef {THREE.Object3DEventMap & {change: {}}} VolumeEvents */
 /** State shared by clones. @typedef {{renderer: Renderer | null, picker: Picker | null, users: number}} Shared */
 /**
@@ -100,7 +100,7 @@ export class Volume extends THREE.Mesh {
     return /** @type {Renderer} */ (this.#shared.renderer);
   }
 
-  /** Begins to draw. @param {import("./package.js").Package} pack @param {RendererOptions} options */
+  /** Begins to draw. @param {import("./core/package.js").Package} pack @param {RendererOptions} options */
   async start(pack, options) {
     const three = this.#three;
     const around = (/** @type {() => void} */ work) => this.#around(work);
@@ -274,7 +274,7 @@ export class Volume extends THREE.Mesh {
 
   /**
    * Draws the picture of a view, if it shows something else than is there: coarser while that changes.
-   * @param {View} view @param {THREE.Vector4} viewport @param {import("./three_camera.js").Sight} sight
+   * @param {View} view @param {THREE.Vector4} viewport @param {import("./three/three_camera.js").Sight} sight
    * @param {ReturnType<typeof backdropOf>} backdrop @param {number[][]} planes @param {boolean} reversed
    */
   #draw(view, viewport, { boxFromClip, scale }, { depth: texture, version }, planes, reversed) {

@@ -14,6 +14,8 @@ from volprep_formats.javascript import ScriptError, stripped
 _HERE = Path(__file__).parent
 ENTRY = "volpkg.js"
 CORE = "core.js"
+_PATH = re.compile(r'"\.{1,2}/(?:[\w.]+/)*(\w+\.js)"')
+"""A module beside or in another folder of formats/js."""
 _IMPORT = re.compile(r"^import(?:\s+\{([^}]*)\}\s+from)?\s+\"\./([\w.]+)\";\n", re.MULTILINE)
 _EXPORT_FROM = re.compile(r"^export\s+\{([^}]*)\}\s+from\s+\"\./([\w.]+)\";\n", re.MULTILINE)
 _FROM = re.compile(r"^((?:import|export)\s+\{[^}]*\}\s+from\s+)\"\./([\w.]+)\"", re.MULTILINE)
@@ -31,8 +33,9 @@ def runtime_folder() -> Path:
 
 
 def runtime_modules() -> dict[str, str]:
-    """Return the text of each module by its name, as it was written."""
-    return {path.name: path.read_text(encoding="utf-8") for path in sorted(runtime_folder().glob("*.js"))}
+    """Return the text of each module by its name, as it was written, but for all of them in one folder."""
+    paths = sorted(runtime_folder().rglob("*.js"), key=lambda path: path.name)
+    return {path.name: _PATH.sub(r'"./\1"', path.read_text(encoding="utf-8")) for path in paths}
 
 
 @cache

@@ -1,7 +1,7 @@
 // Least processor time in milliseconds of unpacking frames of a size, and of SHA-256 of what they hold: node unpack.mjs FILE SIZE
 import { readFileSync } from "node:fs";
-import { Sha256 } from "../../formats/js/sha256.js";
-import { unpacked } from "../../formats/js/zstd.js";
+import { Sha256 } from "../../formats/js/net/sha256.js";
+import { unpacked } from "../../formats/js/net/zstd.js";
 
 const [file, size] = process.argv.slice(2);
 const packed = new Uint8Array(readFileSync(file));

@@ -1,10 +1,10 @@
 // Opens damaged packages in node and reads everything in them. Says for each what came of it.
 import { readFile } from "node:fs/promises";
 import { openPackage } from "../../formats/js/volpkg.js";
-import { partsOf } from "../../formats/js/mesh.js";
-import { HEAD_BYTES, readHead } from "../../formats/js/ktx2.js";
-import { sharing } from "../../formats/js/choose.js";
-import { shares } from "../../formats/js/edit.js";
+import { partsOf } from "../../formats/js/gl/mesh.js";
+import { HEAD_BYTES, readHead } from "../../formats/js/gl/ktx2.js";
+import { sharing } from "../../formats/js/core/choose.js";
+import { shares } from "../../formats/js/edit/edit.js";
 
 const [file, seed, count] = process.argv.slice(2);
 const whole = await readFile(file);

@@ -1,7 +1,7 @@
 /** Prints the textures that change when segments are hidden. Reads {manifest, folder, level, hidden} as JSON. */
 import { readFileSync } from "node:fs";
-import { uploadOf } from "../../formats/js/formats.js";
-import { Segments } from "../../formats/js/segments.js";
+import { uploadOf } from "../../formats/js/gl/formats.js";
+import { Segments } from "../../formats/js/draw/segments.js";
 
 const { manifest, folder, level, hidden } = JSON.parse(readFileSync(0, "utf8"));
 for (const each of manifest.textures) each.gl = uploadOf(each.format, each.dimension, manifest.profile.api);

@@ -179,7 +179,7 @@ def test_a_coarser_step_and_fewer_pixels_are_used_only_while_the_camera_moves(ru
 
 def test_the_quality_follows_the_time_that_pictures_take() -> None:
     script = f"""
-    const {{ Pace }} = await import("{JS}/pace.js");
+    const {{ Pace }} = await import("{JS}/draw/motion_quality.js");
     const pace = new Pace({{ texImage3D: null }}, 25);
     const found = [];
     for (const [full, times] of [[10, 1], [60, 1], [1000, 1], [10, 40]]) {{

@@ -49,7 +49,7 @@ console.log(JSON.stringify(looks.map(([name, look]) => {
 
 
 def test_what_is_no_segment_and_no_look_is_refused_in_its_own_words() -> None:
-    script = WRONG.replace("SEGMENTS", str(JS / "segments.js"))
+    script = WRONG.replace("SEGMENTS", str(JS / "draw/segments.js"))
     command = ["node", "--input-type=module", "-e", script]
     *refused, tint = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout)
     assert [text[:6] for text in refused] == ["VP7083"] * 4

@@ -67,7 +67,7 @@ def timed(browser, folders, form: str, latency_s: float) -> dict:
     """One load; the delay is that of the package, as modules come with the page."""
     with WebServer(folders, latency_s=latency_s, latency_only="/package/") as server:
         browser.open(f"{server.url}/")
-        browser.run(f"await import('/js/volpkg.js'); await import('/js/beside.js'); {ALL_MODULES}")
+        browser.run(f"await import('/js/volpkg.js'); await import('/js/workers.js'); {ALL_MODULES}")
         return browser.run(f"window.start = performance.now(); {OPEN} {TIMED}", f"/package/{form}")
 
 
@@ -232,7 +232,7 @@ def test_digests_are_computed_beside_the_page(browser, tmp_path, folders) -> Non
     data = BytesIO(bytes(range(256)) * (1 << 14))
     (tmp_path / "large.bin").write_bytes(data.getvalue())
     script = """
-    const { begin, digestOf } = await import("/js/beside.js");
+    const { begin, digestOf } = await import("/js/workers.js");
     const bytes = new Uint8Array(await (await fetch("/data/large.bin")).arrayBuffer());
     const worker = await begin();
     let longest = 0;

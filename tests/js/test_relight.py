@@ -12,7 +12,7 @@ from volprep.truth.path_traced import LitVolume, traced_picture
 from volprep_formats.package.parts.light.model import LightModel
 
 SWEEP = """
-const { sweeps } = await import("/js/sweep.js");
+const { sweeps } = await import("/js/edit/sweep.js");
 const [extinction, shape, cellMm, reachMm] = given;
 let light;
 for (light of sweeps(new Float32Array(extinction), shape, cellMm, reachMm ?? undefined));

@@ -51,7 +51,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     modules = runtime_modules()
     later = set(modules) - needed(modules, "volpkg.js")
     assert later == {
-        *("beside.js", "blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "element.js", "element_tools.js"),
+        *("workers.js", "blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "element.js", "element_tools.js"),
         *("environment.js", "finisher.js", "rotate.js"),
         *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
         *("fallbacks.js", "fidelity.js", "gestures.js", "half_angle.js", "ruler.js", "service_worker.js", "stage.js"),
@@ -65,16 +65,16 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "schema.js",
             "light_view.js",
             "mesh.js",
-            "pace.js",
+            "motion_quality.js",
             "parts.js",
             "pass_targets.js",
         ),
         *(
             "pick.js",
             "ranges.js",
-            "rarer.js",
+            "messages.js",
             "segments.js",
-            "settle.js",
+            "upload_memory.js",
             "sha256.js",
             "skip.js",
             "store_fidelity.js",

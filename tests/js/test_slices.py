@@ -105,8 +105,8 @@ def test_a_window_moves_the_points_of_a_function_and_is_an_event(page, scene_pac
 
 def test_letters_scale_and_grey_values_are_those_of_radiologists() -> None:
     script = f"""
-    const {{ edges, lengthText, roundLength }} = await import("{JS}/annotations.js");
-    const {{ grey }} = await import("{JS}/slices.js");
+    const {{ edges, lengthText, roundLength }} = await import("{JS}/element/annotations.js");
+    const {{ grey }} = await import("{JS}/draw/slices.js");
     const views = {{ front: [[0, 1, 0], [0, 0, 1]], left: [[-1, 0, 0], [0, 0, 1]], above: [[0, 0, -1], [0, -1, 0]] }};
     const letters = Object.entries(views).map(([name, [forward, up]]) => [name, edges({{ forward, up }})]);
     const lengths = [0.07, 1, 4.9, 73, 200, 0.00021].map((each) => lengthText(roundLength(each)));

@@ -20,15 +20,16 @@ def node(script: str) -> str:
 
 
 def test_each_code_has_the_words_of_the_catalogue() -> None:
-    script = f'await import("{JS}/rarer.js"); console.log(JSON.stringify((await import("{JS}/error.js")).WORDS))'
+    await_words = f'(await import("{JS}/core/error.js")).WORDS'
+    script = f'await import("{JS}/core/messages.js"); console.log(JSON.stringify({await_words}))'
     words = json.loads(node(script))
     assert words == {code: [CATALOGUE[code].summary, CATALOGUE[code].remedy] for code in words}
     assert len(words) > 20
 
 
 def test_each_code_that_is_thrown_has_words_and_the_other_way_round() -> None:
-    thrown = {code for file in JS.glob("*.js") for code in re.findall(r'"(VP\d{4})"', file.read_text())}
-    listed = "".join((JS / name).read_text() for name in ("error.js", "rarer.js"))
+    thrown = {code for file in JS.rglob("*.js") for code in re.findall(r'"(VP\d{4})"', file.read_text())}
+    listed = "".join((JS / "core" / name).read_text() for name in ("error.js", "messages.js"))
     assert thrown == set(re.findall(r"^  (VP\d{4}):", listed, re.MULTILINE))
 
 
@@ -46,9 +47,9 @@ def test_types_hold_and_declarations_can_be_made(typescript, tmp_path) -> None:
         "outDir": str(tmp_path / "types"),
         "paths": {"three": [str(three)]},
     }
-    settings = {"extends": str(JS / "tsconfig.json"), "compilerOptions": options, "include": [f"{JS}/*.js"]}
+    settings = {"extends": str(JS / "tsconfig.json"), "compilerOptions": options, "include": [f"{JS}/**/*.js"]}
     (tmp_path / "tsconfig.json").write_text(json.dumps(settings))
     command = ["node", typescript, "-p", str(tmp_path / "tsconfig.json")]
     done = ended(command)
     assert done.returncode == 0, done.stdout
-    assert "openPackage" in (tmp_path / "types" / "package.d.ts").read_text()
+    assert "openPackage" in (tmp_path / "types" / "core" / "package.d.ts").read_text()

@@ -1,7 +1,7 @@
 // Unpacks Zstandard frames in pieces. Reads lines of "size, base64 of frames", and says of each what it holds, or what is wrong.
 import { createHash } from "node:crypto";
 import { createInterface } from "node:readline";
-import { Frames } from "../../formats/js/zstd.js";
+import { Frames } from "../../formats/js/net/zstd.js";
 
 let seed = 1;
 for await (const line of createInterface({ input: process.stdin })) {

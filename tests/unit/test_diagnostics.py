@@ -19,7 +19,7 @@ def raised_codes() -> set[str]:
         for file in (ROOT / layer).rglob("*.py")
         if file.parent.name != "diagnostics"
     ]
-    files += [*(ROOT / "formats" / "js").glob("*.js"), *(ROOT / "volprep" / "view" / "page").glob("*.js")]
+    files += [*(ROOT / "formats" / "js").rglob("*.js"), *(ROOT / "volprep" / "view" / "page").glob("*.js")]
     found = {code for file in files for code in CODE.findall(file.read_text(encoding="utf-8"))}
     header = (ROOT / "formats" / "c" / "volpkg.h").read_text(encoding="utf-8")
     return found | {f"VP{number}" for number in re.findall(r"^    VOLPKG_\w+ = (\d{4})\b", header, re.MULTILINE)}

@@ -14,7 +14,7 @@ from volprep import view as view_room
 from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import CATALOGUE
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
-from volprep_formats.runtime import runtime_folder
+from volprep_formats.runtime import runtime_modules
 
 PAGE = Path(view_room.__file__).parent / "page"
 CHROME_ON_ANDROID = "Mozilla/5.0 (Linux; Android 10; K) AppleWebKit/537.36 (KHTML, like Gecko) Chrome/150.0.0.0 Mobile"
@@ -68,10 +68,17 @@ def test_browser_and_system_have_names(about, browser, platform) -> None:
     assert json.loads(node(script)) == {"browser": browser, "platform": platform}
 
 
+def write_runtime(folder: Path) -> None:
+    """Write the modules that a page imports, as it finds them: all in one folder."""
+    folder.mkdir()
+    for name, text in runtime_modules().items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
 def test_palettes_of_edited_slices_are_the_bytes_of_the_reference(tmp_path: Path) -> None:
     """A jump from haze to a wall at an entry: a palette has the mean of both sides, unlike a lookup table."""
     shutil.copytree(PAGE, tmp_path / "page")
-    shutil.copytree(runtime_folder(), tmp_path / "runtime", ignore=shutil.ignore_patterns("node_modules"))
+    write_runtime(tmp_path / "runtime")
     sides = ((10.0, (0.2, 0.4, 0.9), 0.0), (51.0, (0.2, 0.4, 0.9), 0.01), (51.0, (1.0, 0.5, 0.1), 4.0))
     points = [TransferPoint(value=v, colour=c, extinction_per_mm=e) for v, c, e in sides]
     given = json.dumps([{"points": [each.model_dump() for each in points]}, [0, 255], 0.75])
@@ -120,7 +127,7 @@ def test_a_draw_that_takes_longer_than_its_time_is_not_timed() -> None:
 def test_types_of_the_page_hold(tmp_path) -> None:
     tsc = npm_package("typescript", "5.9.3") / "node_modules" / "typescript" / "bin" / "tsc"
     (tmp_path / "page").symlink_to(PAGE)
-    (tmp_path / "runtime").symlink_to(runtime_folder())
+    write_runtime(tmp_path / "runtime")
     options = {"strict": True, "allowJs": True, "checkJs": True, "noEmit": True, "preserveSymlinks": True, "types": []}
     target = {"target": "es2022", "module": "es2022", "moduleResolution": "bundler"}
     libraries = {"lib": ["es2023", "dom", "dom.iterable", "dom.asynciterable"]}

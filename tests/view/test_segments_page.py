@@ -79,7 +79,7 @@ def test_the_list_has_the_volume_of_every_segment(page, package) -> None:
 
 
 def test_the_ruler_says_titles() -> None:
-    script = f"""import {{ words }} from "{ROOT}/formats/js/ruler.js";
+    script = f"""import {{ words }} from "{ROOT}/formats/js/element/ruler.js";
     const hit = {{ value: 1, segments: ["a", "b"], position_mm: [1, 2, 3], voxel: [4, 5, 6], uncertainty_mm: 0.5 }};
     console.log(words(hit, [{{ name: "a", title: "Liver" }}, {{ name: "b" }}]));"""
     done = subprocess.run(["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=True)
