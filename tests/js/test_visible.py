@@ -13,7 +13,7 @@ from volprep_formats.package.program import CompositingName
 
 JS = Path(__file__).parents[2] / "formats" / "js"
 SCRIPT = """
-const { visible } = await import("%s/edit.js");
+const { visible } = await import("%s/edit/edit.js");
 const [names, extinctions, window, isovalues] = %s;
 const found = (name, isovalue) => Array.from(visible(Float64Array.from(extinctions), name, window, isovalue));
 console.log(JSON.stringify(names.map((name) => isovalues.map((isovalue) => found(name, isovalue)))));
