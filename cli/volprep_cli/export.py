@@ -3,14 +3,16 @@
 from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from volprep_cli.console import Json, print_json, print_line, print_note, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force, require_new
-from volprep_formats.source import VolumeSource
+
+if TYPE_CHECKING:
+    from volprep_formats.source import VolumeSource
 
 File = Annotated[
     Path,
@@ -48,11 +50,17 @@ Series = Annotated[
 ]
 Transfer = Annotated[
     str | None,
-    typer.Option(help="Transfer function whose surface is written; if absent, the first, or all segments."),
+    typer.Option(
+        help="Transfer function whose surface is written; if absent, the first, or all segments.", metavar="NAME"
+    ),
 ]
 Within = Annotated[
     float | None,
-    typer.Option(min=0, help="Distance to which triangles of a surface are joined; a quarter of a voxel if absent."),
+    typer.Option(
+        min=0,
+        help="Distance to which triangles of a surface are joined; a quarter of a voxel if absent.",
+        metavar="MILLIMETRES",
+    ),
 ]
 Draco = Annotated[bool, typer.Option("--draco", help="Compress a .glb file with Draco.")]
 

@@ -10,7 +10,7 @@ from judged import validate
 from phantom_scene import SHAPE_ZYX, write_phantom_scene
 from plans import plan_of_one
 
-from volprep.parts.compression import whole
+from volprep.parts.compression import whole_level
 from volprep.pipeline.build import plan_build
 from volprep.pipeline.drafts import run_verb
 from volprep.pipeline.import_draft import import_draft
@@ -146,7 +146,7 @@ def test_a_verb_does_not_try_again_what_an_earlier_one_has_tried(tmp_path, monke
     def again(*_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(whole, "encoded_level", again)
+    monkeypatch.setattr(whole_level, "encoded_level", again)
     draft = run_verb(tmp_path / "draft", "pyramid", lambda scene: scene, Silent())
     (form,) = plan_draft(draft, request.scene, request.profile, Silent()).forms
     assert form.as_record == first.as_record
