@@ -58,7 +58,7 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
     shown, drawing = found
     by_name = {texture.name: texture for texture in manifest.textures}
     drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
-    is_whole = by_name.keys() >= set(drawing.textures)
+    is_whole = by_name.keys() >= set(drawing.textures) and drawing.program in {each.name for each in manifest.programs}
     if drawing.program is None or drawing.step_mm is None or drawn is None or not is_whole:
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
     program = manifest.picture_program(drawing.program, shown.name, [each.level for each in shown.drawings])
