@@ -36,7 +36,7 @@ def main(target: Path) -> None:
 
 
 def wrote_types(target: Path) -> bool:
-    """Write the declarations that JSDoc gives; False if there are none, or TypeScript cannot be had."""
+    """Write the declarations that JSDoc gives; False without npm or TypeScript."""
     npm = shutil.which("npm")
     installed = TOOLS / "node_modules"
     if npm is None or shutil.which("node") is None:

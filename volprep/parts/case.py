@@ -47,7 +47,7 @@ class Case:
     grid: Grid
     """Grid of level 0."""
     neighbours: tuple[Neighbour, ...] = ()
-    """What parts take beside the texture of a level."""
+    """Textures and memory of parts, beside the texture of a level."""
     classifications: tuple[ClassificationName, ...] = ()
     """Classifications that the plan may choose, the default first; empty if the scene states one."""
     whole: WholeSource | None = None
@@ -66,7 +66,7 @@ class Case:
     """Decisions of parts so far, in the order of the registry; records among them are plans that stages read."""
 
     def part(self, kind: type[Decision]) -> Decision | None:
-        """Return the decision of this kind; None if there is none."""
+        """Return the decision of this kind, or None."""
         return part_of(self.decisions, kind)
 
     def decided(self, kind: type[Decision]) -> Decision:
@@ -142,7 +142,7 @@ class Joint:
         )
 
     def part(self, kind: type[Decision]) -> Decision | None:
-        """Return the decision of this kind about all channels; None if there is none."""
+        """Return the decision of this kind about all channels, or None."""
         return part_of(self.decisions, kind)
 
     @property

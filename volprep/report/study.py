@@ -1,4 +1,4 @@
-"""What a validation can measure beyond the verdict: data and a page in the folder of the report."""
+"""Measurements beyond the verdict: data and a page in the folder of the report."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

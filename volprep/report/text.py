@@ -5,7 +5,7 @@ from math import floor, log10
 from volprep.validation.results.seen import SeenNumbers
 
 _CERTAIN = 0.05
-"""Uncertainty of kept light up to which a number stands alone."""
+"""Uncertainty of kept light up to which only its value is printed."""
 
 
 def number(value: float, digits: int = 3) -> str:

@@ -36,7 +36,7 @@ class LineSide:
 
 @dataclass(frozen=True)
 class LineHits:
-    """What the lines of a side [row, column] hit first."""
+    """First hits of the lines of a side [row, column]."""
 
     depth: Float64Array
     """Index along the axis; NaN where nothing is hit."""

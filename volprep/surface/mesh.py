@@ -43,7 +43,7 @@ class IndexMesh:
 
 
 def closed_mesh(field: Float32Array, threshold: float, grid: Grid) -> IndexMesh | None:
-    """Return the mesh around the part of a field [z, y, x] that is above the threshold; None if there is none."""
+    """Return the mesh around the part of a field [z, y, x] that is above the threshold, or None."""
     from skimage import measure  # noqa: PLC0415 - in an extra
 
     extract: Any = measure.marching_cubes  # it has no types

@@ -1,4 +1,4 @@
-"""Names of codes, from the tables of DICOM PS3.16 that pydicom has. What a file says of a code is free text."""
+"""Names of codes, from the tables of DICOM PS3.16 that pydicom has. The meaning in a file is free text."""
 
 import re
 from collections.abc import Sequence

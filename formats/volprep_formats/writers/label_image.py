@@ -1,4 +1,4 @@
-"""Labels of a package as writers take them: voxels, and names and colours of what they stand for."""
+"""Labels of a package as writers take them: voxels, and the names and colours of the labels."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class LabelImage:
     entries: Sequence[WrittenLabel]
     """Names and colours of the values."""
     segments: Sequence[WrittenSegment]
-    """What the values stand for."""
+    """Meaning of the values."""
 
 
 def layers(image: LabelImage) -> list[list[int]]:

@@ -44,7 +44,7 @@ def _header(info: SourceInfo) -> bytes:
 
 
 def space_lines(grid: Grid, before: str = "") -> list[str]:
-    """Return the fields that place the voxels; `before` stands for axes before x."""
+    """Return the fields that place the voxels; `before` has the axes before x."""
     matrix = grid.world_from_index
     directions = " ".join(_vector(matrix[:3, axis]) for axis in range(3))
     return [f"space directions: {before}{directions}", f"space origin: {_vector(matrix[:3, 3])}"]

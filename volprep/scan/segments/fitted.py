@@ -139,7 +139,7 @@ def _distances(planes: dict[int, Planes]) -> dict[int, float]:
 
 
 def _thickness(found: Contours, planes: dict[int, Planes], distances: dict[int, float], grid: Grid) -> tuple[str, ...]:
-    """Say which slab of the scan a contour stands for, and whose gaps are not filled."""
+    """Say which slab of the scan a contour fills, and which gaps stay empty."""
     reach_mm = [distances[index] / 2 * grid.spacing_mm_zyx[2 - each.axis] for index, each in planes.items()]
     least, most = f"{min(reach_mm):.4g}", f"{max(reach_mm):.4g}"
     reach = least if least == most else f"{least} to {most}"

@@ -1,4 +1,4 @@
-"""Planes of the contours of a segment, and the slab of the scan that each stands for.
+"""Planes of the contours of a segment, and the slab of the scan that each one fills.
 
 A slab reaches half-way to the next planes. Where none is near, at both ends and in gaps, it reaches half the usual
 distance: what planes leave out is not filled.

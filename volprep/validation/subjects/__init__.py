@@ -1,1 +1,1 @@
-"""What is judged: a package with its scan, drawn by the oracle."""
+"""Subjects of a validation: a package with its scan, drawn by the oracle."""

@@ -85,7 +85,7 @@ class Page:
     stains: int = 1
     """Of the first page of a stack: number of its channels, each with images of its own."""
     colour_note: int = 0
-    """What its file says about its colours (`profile.py`)."""
+    """Colour space of its file (`profile.py`)."""
     frames: int = 1
     """Of the first page of a stack: number of its time points."""
 

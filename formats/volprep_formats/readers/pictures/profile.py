@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 IS_SRGB, PROFILE, GAMMA, UNUSABLE = range(4)
-"""What a file says about its colours."""
+"""Colour space of a file."""
 _TEXTS = {PROFILE: "have a colour profile other than that of sRGB", GAMMA: "give another gamma than that of sRGB"}
 _SRGB_GAMMA, _SAME_GAMMA = 2.2, 0.05
 _SAME_CODE = 1
