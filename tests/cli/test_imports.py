@@ -57,6 +57,7 @@ APART: list[tuple[list[str], set[str]]] = [
     (["study", "walk", _PACKAGE, "walk.toml", "-o", "walked"], DRAWING),
     (["doctor"], DRAWING | {"OpenImageIO", "volprep_formats._vdb"}),
     (["study", "stress", "--case", "one-voxel", "--profile", "gles1"], DRAWING | REPORTS | {"volprep.vtk"}),
+    (["judge", _PACKAGE, "--look", "phantom.toml", "-o", "fidelity.json"], DRAWING | REPORTS),
     (["view", _PACKAGE, "-o", "page.html"], DRAWING | {"http.server", "volprep.view", "volprep.validation"}),
     (["batch", "jobs.csv", "-o", "out", "--dry-run"], TABLES | {"volprep.batch", "volprep_formats._dicom"}),
     (["validate", _PACKAGE, "--size", "16"], DRAWING | REPORTS | {"volprep.vtk", "flip_evaluator"}),
