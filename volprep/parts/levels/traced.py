@@ -36,7 +36,7 @@ class Shading:
     halved_zyx: tuple[bool, bool, bool]
     """Axes along which central differences are of values half a voxel to each side."""
     soft_per_mm: float
-    """Slope of the value at which a place is half a surface."""
+    """Slope of a place that counts half as a surface."""
 
     @classmethod
     def of(cls, scan: LevelInput, factors: Factors) -> "Shading":
