@@ -24,8 +24,7 @@ profiles = pytest.mark.parametrize("profile", [ES3, ES2], ids=["texture3d", "mos
 def at_mesh(package):
     """Return the program whose rays begin at a mesh."""
     (program,) = (each for each in package.manifest.programs if each.rays == "mesh")
-    picture = package.manifest.pictures[0]
-    return package.manifest.picture_program(program.name, picture.name, [each.level for each in picture.drawings])
+    return package.manifest.picture_program(program.name, package.manifest.pictures[0])
 
 
 def pictures(package, views, projection="orthographic", *, level=0, shape=(60, 75)):

@@ -23,24 +23,23 @@ def block_inputs(package: Package, point: int, transfer: str | None) -> Inputs:
     """Choose the pieces around the point of this number. Raises VP5018 if the package cannot draw them."""
     manifest = package.manifest
     files, level_grid = manifest.subvolumes, manifest.grid
-    drawn = {picture.name: picture.pieces for picture in manifest.pictures if picture.pieces is not None}
+    drawn = {picture.name: picture for picture in manifest.pictures if picture.pieces is not None}
     if files is None or level_grid is None or not drawn:
         known = "nothing around a point: the package has no sub-volumes as files"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
     grid = decode_grid(package.read_bytes(files.grid), package.path, files.grid)
-    name = next(iter(drawn)) if transfer is None else transfer
-    pieces = drawn.get(name)
-    if pieces is None or not 0 <= point < len(grid.points):
+    picture = drawn.get(next(iter(drawn)) if transfer is None else transfer)
+    if picture is None or picture.pieces is None or not 0 <= point < len(grid.points):
         known = f"points 0 to {len(grid.points) - 1} with {', '.join(drawn)}"
         raise undrawable(package, f"the pieces around point {point}", transfer, known)
     spacing_mm_xyz = np.array(level_grid.spacing_mm_zyx[::-1])
     around, texels = _pieces(grid, place_of(grid, point))
     by_name = {texture.name: texture for texture in manifest.textures} | {texture.name: texture for texture in around}
-    program = manifest.picture_program(pieces.program, name, (0,))
+    program = manifest.picture_program(picture.pieces.program, picture)
     level = Level(index=0, factors_zyx=(1, 1, 1), grid=level_grid, filter="none")
-    textures = [by_name[name] for name in pieces.textures]
+    textures = [by_name[name] for name in picture.pieces.textures]
     values = block_values(sides_of(grid, point), spacing_mm_xyz) | light_values(program, level)
-    return Inputs(program, level, textures, values | environment_values(textures), pieces.step_mm, texels)
+    return Inputs(program, level, textures, values | environment_values(textures), picture.pieces.step_mm, texels)
 
 
 def block_values(sides_xyz: tuple[Side, Side, Side], spacing_mm_xyz: Float64Array) -> dict[str, ArrayLike]:

@@ -61,7 +61,7 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
     is_whole = by_name.keys() >= set(drawing.textures) and drawing.program in {each.name for each in manifest.programs}
     if drawing.program is None or drawing.step_mm is None or drawn is None or not is_whole:
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
-    program = manifest.picture_program(drawing.program, shown.name, [each.level for each in shown.drawings])
+    program = manifest.picture_program(drawing.program, shown)
     textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
         **{value.source: value.numbers if len(value.numbers) > 1 else value.numbers[0] for value in drawing.values},

@@ -103,12 +103,13 @@ def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
 
 
 def _found(manifest: Manifest, picture: str, level: int) -> tuple[ProxyMeshFile, PictureProgram] | None:
-    drawings = (drawing for shown, drawing in manifest.drawings if (shown.name, drawing.level) == (picture, level))
-    at_mesh = next((drawing.at_mesh for drawing in drawings), None)
-    if at_mesh is None or manifest.proxy is None:
+    shown = manifest.picture(picture)
+    drawings = () if shown is None else shown.drawings
+    at_mesh = next((drawing.at_mesh for drawing in drawings if drawing.level == level), None)
+    if shown is None or at_mesh is None or manifest.proxy is None:
         return None
     mesh = next(mesh for mesh in manifest.proxy.meshes if mesh.name == at_mesh.mesh)
-    return mesh, manifest.picture_program(at_mesh.program, picture, (level,))
+    return mesh, manifest.picture_program(at_mesh.program, shown)
 
 
 def _primitives(package: Package, mesh: ProxyMeshFile) -> tuple[Primitive, ...]:

@@ -1,6 +1,5 @@
 """manifest.json: the list of a package's files, and how to draw them."""
 
-from collections.abc import Sequence
 from typing import Annotated, Literal, get_args
 
 from pydantic import Field
@@ -271,25 +270,22 @@ class Manifest(Heading, PartRecords):
     @property
     def level_programs(self) -> tuple[PictureProgram, ...]:
         """Programs that draw levels of each picture with rays through the whole box."""
-        levels: dict[tuple[str, str], list[int]] = {}
-        for picture, drawing in self.drawings:
-            if drawing.program is not None:
-                levels.setdefault((picture.name, drawing.program), []).append(drawing.level)
-        return tuple(self.picture_program(name, picture, drawn) for (picture, name), drawn in levels.items())
+        named = [(picture, dict.fromkeys(each.program for each in picture.drawings)) for picture in self.pictures]
+        return tuple(self.picture_program(name, picture) for picture, names in named for name in names if name)
 
-    def picture_program(self, name: str, picture: str, levels: Sequence[int]) -> PictureProgram:
-        """Return the program of this name as it draws `levels` of a picture."""
+    def picture_program(self, name: str, picture: Picture) -> PictureProgram:
+        """Return the program of this name as it draws a picture."""
         program = next(program for program in self.programs if program.name == name)
         fields = {field: getattr(program, field) for field in Program.model_fields}
-        return PictureProgram(**fields, transfer=picture, levels=tuple(levels))
+        levels = tuple(drawing.level for drawing in picture.drawings if name in drawing.programs)
+        # Pieces are of level 0.
+        return PictureProgram(**fields, transfer=picture.name, levels=levels or (0,))
 
     def skips(self, program: Program) -> bool:
         """Return whether a program looks at skip tables."""
         tables = {texture.name for texture in self.textures if texture.role == "skip"}
         return any(
-            program.name in {drawing.program, drawing.at_mesh and drawing.at_mesh.program}
-            and not tables.isdisjoint(drawing.textures)
-            for _, drawing in self.drawings
+            program.name in drawing.programs and not tables.isdisjoint(drawing.textures) for _, drawing in self.drawings
         )
 
     @property

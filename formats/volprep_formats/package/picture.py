@@ -118,6 +118,12 @@ class Drawing(Record):
     fidelity: Fidelity | None = None
     """Its fidelity to the scan; absent unless the scene requests it."""
 
+    @property
+    def programs(self) -> frozenset[str]:
+        """Names of the programs that draw it: its own, and the one whose rays begin at a mesh."""
+        at_mesh = None if self.at_mesh is None else self.at_mesh.program
+        return frozenset(name for name in (self.program, at_mesh) if name is not None)
+
 
 class Picture(Record):
     """A choice of the user: media, and how they are drawn."""
@@ -138,7 +144,5 @@ class Picture(Record):
     @property
     def programs(self) -> frozenset[str]:
         """Names of the programs that draw it."""
-        named: set[str | None] = {drawing.program for drawing in self.drawings}
-        named |= {drawing.at_mesh.program for drawing in self.drawings if drawing.at_mesh is not None}
-        named.add(None if self.pieces is None else self.pieces.program)
-        return frozenset(each for each in named if each is not None)
+        named = {name for drawing in self.drawings for name in drawing.programs}
+        return frozenset(named if self.pieces is None else {*named, self.pieces.program})

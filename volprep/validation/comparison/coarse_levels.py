@@ -235,7 +235,7 @@ def _pieces(bench: Bench, program: PictureProgram, viewed: ViewedProgram) -> Ite
     picture = subject.package.manifest.picture(program.transfer)
     if files is None or picture is None or picture.pieces is None:
         return
-    own = subject.package.manifest.picture_program(picture.pieces.program, picture.name, (0,))
+    own = subject.package.manifest.picture_program(picture.pieces.program, picture)
     grid = decode_grid(subject.package.read_bytes(files.grid), subject.package.path, files.grid)
     lit = _light_of(program, own)
     truths = viewed.truths if lit == "" else _lit_as(bench, own)
