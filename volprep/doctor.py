@@ -4,14 +4,13 @@ import os
 import platform
 from collections.abc import Callable, Iterator
 from importlib import import_module
-from importlib.metadata import version
 from pathlib import Path
 from typing import Literal, get_args
 
 from volprep.render.probe_results import ProfileProbes
 from volprep.scene.profiles import ProfileFile, class_names, device_names, load_profile, load_sheet, profile_names
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.installation import EXTRAS, how_to_add, missing_module
+from volprep_formats.installation import EXTRAS, generator, how_to_add, missing_module
 from volprep_formats.package.api import ContextApi, graphics_api
 from volprep_formats.record import Record
 
@@ -105,7 +104,7 @@ def _volprep() -> Iterator[Fact]:
 
 
 def _native() -> str:
-    return f"volprep {version('volprep')}, {import_module('volprep.kernels._native').max_threads()} threads"
+    return f"{generator()}, {import_module('volprep.kernels._native').max_threads()} threads"
 
 
 def _openvdb() -> str:

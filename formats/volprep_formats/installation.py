@@ -1,8 +1,9 @@
-"""How volprep was installed, which of its extras are there, and how to add one."""
+"""The version of volprep, how it was installed, which of its extras are there, and how to add one."""
 
 import json
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, distribution
+from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution, version
 from importlib.util import find_spec
 from typing import Literal
 from urllib.parse import unquote, urlsplit
@@ -33,6 +34,12 @@ EXTRAS: dict[Extra, ExtraUse] = {
     "surface": ExtraUse("surfaces", ("skimage", "fast_simplification", "pxr")),
     "convex": ExtraUse('form = "convex" of a proxy', ("scipy",)),
 }
+
+
+@cache
+def generator() -> str:
+    """Return program and version, as manifests and reports name them."""
+    return f"volprep {version('volprep')}"
 
 
 def missing_module(extra: Extra) -> str | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.installation import generator
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress, Silent
@@ -59,7 +59,7 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
             measured += _judged(volumes, level, function)
             progress.advance()
     return StoreFidelity(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         views=VIEWS,
         rays_per_pixel=_RAYS**2,
         levels=tuple(

@@ -1,8 +1,6 @@
 """The working data of a draft: volumes without a header, the scene, and the keys of what has run."""
 
 from collections.abc import Mapping
-from functools import cache
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -90,12 +88,6 @@ def coarser_levels(plan: "ChannelPlan", filters: Mapping[int, LevelFilter]) -> t
 def is_current(name: str, key: str, manifest: Manifest) -> bool:
     """Return whether a stage has run with this key."""
     return any(record.name == name and record.key == key for record in manifest.stages)
-
-
-@cache
-def generator() -> str:
-    """Program and version, as manifests name them."""
-    return f"volprep {version('volprep')}"
 
 
 def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter) -> Level:

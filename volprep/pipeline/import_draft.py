@@ -7,7 +7,7 @@ import` starts at once.
 from dataclasses import dataclass
 from pathlib import Path
 
-from volprep.parts.work import SCENE, generator, is_current, scene_bytes
+from volprep.parts.work import SCENE, is_current, scene_bytes
 from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
 from volprep.scan.import_segments import import_segments
@@ -15,6 +15,7 @@ from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.channel import ChannelPart, SourceRecord
 from volprep_formats.package.manifest import Contribution, Heading, StageRecord
 from volprep_formats.package.storage.draft import Draft

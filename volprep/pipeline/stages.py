@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from volprep.parts.level_choices import choices_of
 from volprep.parts.stage import Planned, Stage, Work
-from volprep.parts.work import FORMS, SCENE, generator, is_current, scene_bytes
+from volprep.parts.work import FORMS, SCENE, is_current, scene_bytes
 from volprep.pipeline.measured_steps import with_measured_steps
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
@@ -16,6 +16,7 @@ from volprep.plan.pictures import pictures_of
 from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Contribution, Heading, Manifest, PlanItem, StageRecord
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.storage.draft import Draft

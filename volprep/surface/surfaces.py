@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from volprep.surface.mesh import IndexMesh, closed_mesh, decimated, error_of, po
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
-from volprep_formats.installation import require_extra
+from volprep_formats.installation import generator, require_extra
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.reader import Package
@@ -67,7 +66,7 @@ def surfaces_of(
     if not made:
         raise VolprepError("VP1333", path=path, reason="nothing of it is opaque enough to hide what is behind it")
     facts = SurfaceFacts(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         package=package.manifest.name,
         level=_number(package, grid),
         function=function,

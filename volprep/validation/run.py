@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 
 from volprep.kernels import _native
@@ -54,6 +53,7 @@ from volprep.validation.witness.step_checks import check_steps
 from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
@@ -104,7 +104,7 @@ def measure_package(
         asked = _witnessed(path, source, channels, measured, scratch) if witness else None
         layout = _layout_picture(package, folder) if witness and has_pyvista() else None
         return Report(
-            generator=f"volprep {version('volprep')}",
+            generator=generator(),
             package=_facts(package),
             picture_size=subject.shape_hw[0],
             target="rgba8",

@@ -7,7 +7,6 @@ import io
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -15,6 +14,7 @@ from pydantic import ValidationError
 from volprep.validation.folder import DATA_FILE, TRUTH, is_report_of
 from volprep.validation.results.truth import TRUTH_FILE, TruthIndex
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.javascript import stripped
 from volprep_formats.package.digest import manifest_sha256
 from volprep_formats.package.manifest import Manifest
@@ -128,7 +128,7 @@ def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:
         names = [TRUTH_FILE, *(view.file for program in shown.truth.programs for view in program.views)]
         site |= {f"{_REPORT}/{TRUTH}/{name}": file_served(shown.report / TRUTH / name) for name in names}
     settings = ViewSettings(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         package=ZIP if path.is_file() else _FOLDER,
         manifest_sha256=manifest_sha256(path),
         report=None if shown.report is None else f"{_REPORT}/{DATA_FILE}",

@@ -4,7 +4,6 @@ import math
 import re
 import time
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from volprep.validation.exact.manifests import manifest_differences
 from volprep.validation.subjects.scan import Judge
 from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
@@ -56,7 +56,7 @@ def measure_ablation(
     everything = bench.everything(added)
     planned = bench.planned.manifest
     return Ablation(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         package=manifest.name,
         profile=manifest.profile.name,
         transfers=bench.gauge.transfers,

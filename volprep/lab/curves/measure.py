@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep.validation.timing.turns import Milliseconds, in_turns
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
@@ -55,7 +55,7 @@ def measure_curves(
     progress.start("curves", sum(len(choice.variants(bench.scene)) for choice in CHOICES))
     curves = tuple(_curve(bench, choice, manifest, progress) for choice in CHOICES)
     return CurvesReport(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         package=manifest.name,
         profile=manifest.profile.name,
         transfer=bench.transfer,

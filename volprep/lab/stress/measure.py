@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +48,7 @@ from volprep.validation.subjects.subject import Subject
 from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep_formats.arrays import FloatArray, UInt8Array
 from volprep_formats.diagnostics import ExitStatus, VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.reader import Package
@@ -112,7 +112,7 @@ def measure_stress(
         progress.advance()
     anyone = next(iter(drawn.values()), None)
     return StressReport(
-        generator=f"volprep {version('volprep')}",
+        generator=generator(),
         profile=profile.name,
         picture_size=PICTURE_SIZE,
         oracle_tolerance=DEFAULT_TOLERANCE,

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from volprep.parts.compression.level_blocks import encoded_level, oracle_of_view
 from volprep.parts.compression.source_level import LevelData, SourceLevel
 from volprep.parts.values.decision import within_share
-from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import SHARE, PictureDifference, difference
 from volprep.plan.records import VolumePlan
@@ -28,6 +27,7 @@ from volprep.truth.colour import media_of_colour
 from volprep.truth.seen import seen_flip
 from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
 from volprep_formats.textures.block_formats import CompressedFormat

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from volprep.parts.compression.level_blocks import encoded_level, oracle_of_view
 from volprep.parts.compression.source_level import LevelData, SourceLevel
 from volprep.parts.values.decision import within_share
-from volprep.parts.work import generator
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import PictureDifference, difference
 from volprep.plan.records import VolumePlan
@@ -24,6 +23,7 @@ from volprep.scan.slabs import slab_ranges, temporary_codes
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.volume import Medium, Volume
 from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.installation import generator
 from volprep_formats.textures.block_formats import CompressedFormat
 
 _SCALE = 65535

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.work import generator
+from volprep_formats.installation import generator
 from volprep_formats.output import output_errors
 
 Arrays = dict[str, Any]

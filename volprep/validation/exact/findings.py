@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.parts.work import generator
 from volprep.validation.exact.draft import ComparingDraft, FileDifference
 from volprep.validation.exact.manifests import manifest_differences, plan_differences, priced_differences
 from volprep.validation.results.measurements import Deviation
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
