@@ -15,9 +15,6 @@ from volprep_formats.srgb import srgb_of_linear
 from volprep_formats.writers.surface_glb import glb_of
 from volprep_formats.writers.surface_records import SurfaceFacts, SurfaceMesh, Surfaces
 
-ENDINGS = (".glb", ".usdz", ".ply", ".stl")
-"""File endings of surfaces."""
-
 
 def write_surfaces(surfaces: Surfaces, path: Path, *, draco: bool = False) -> None:
     """Write surfaces in the format that the ending names. Raises VP4020."""
