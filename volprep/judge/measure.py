@@ -1,7 +1,8 @@
 """Measure the levels of a pyramid against its finest one: the exact integral of each, in the same views and pixels."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -55,8 +56,10 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
     progress.start("judging levels", len(functions) * (len(volumes) - 1))
     measured: list[Judged] = []
     for function in functions:
+        # Two levels of which one has twice the spacing share pictures of the finest one.
+        truth_of = cache(partial(_picture, volumes[0], volumes[0].grid, function))
         for level in range(1, len(volumes)):
-            measured += _judged(volumes, level, function)
+            measured += _judged(volumes[level], level, volumes[0].grid, function, truth_of)
             progress.advance()
     return StoreFidelity(
         generator=generator(),
@@ -95,9 +98,10 @@ def _measure(volume: Volume) -> Measure:
     return Measure(low, high, float(np.linalg.norm(volume.grid.extent_mm_zyx)))
 
 
-def _judged(volumes: Sequence[Volume], level: int, function: TransferFunction) -> Iterator[Judged]:
+def _judged(
+    coarse: Volume, level: int, grid: Grid, function: TransferFunction, truth_of: Callable[[str, int], Float64Array]
+) -> Iterator[Judged]:
     """Yield the error of a level at each size of a voxel whose picture is not too large."""
-    grid, coarse = volumes[0].grid, volumes[level]
     height_mm = standard_views(grid)[VIEWS[0]].height_mm
     for size in PIXELS_PER_VOXEL:
         pixels = round(height_mm * size / min(coarse.grid.spacing_mm_zyx))
@@ -105,7 +109,7 @@ def _judged(volumes: Sequence[Volume], level: int, function: TransferFunction) -
             continue
         errors, kept = [], []
         for view in VIEWS:
-            truth, drawn = (_picture(each, grid, view, function, pixels) for each in (volumes[0], coarse))
+            truth, drawn = truth_of(view, pixels), _picture(coarse, grid, function, view, pixels)
             errors.append(seen_error(drawn, truth))
             most = kept_at_most(small_things(drawn, truth, 2 * size))
             kept += [] if most is None else [max(most, 0.0)]
@@ -121,7 +125,7 @@ def _judged(volumes: Sequence[Volume], level: int, function: TransferFunction) -
         )
 
 
-def _picture(volume: Volume, grid: Grid, view: str, function: TransferFunction, pixels: int) -> Float64Array:
+def _picture(volume: Volume, grid: Grid, function: TransferFunction, view: str, pixels: int) -> Float64Array:
     """Draw a level as the camera of the finest grid sees it."""
     matrix = standard_views(grid)[view].box_from_clip(volume.grid, 1.0)
     rays = oracle_picture(volume, function, matrix, (_RAYS * pixels,) * 2, _ACCURACY).rgba
