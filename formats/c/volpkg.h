@@ -4842,37 +4842,31 @@ static const volpkg_picture* volpkg__picture_named(const volpkg_package* p, cons
     return NULL;
 }
 
-typedef struct volpkg__pair {
-    const char *first, *second;
-} volpkg__pair;
-
-static int volpkg__pair_less(const void* a, const void* b) {
-    const volpkg__pair *one = (const volpkg__pair*)a, *other = (const volpkg__pair*)b;
-    int order = strcmp(one->first, other->first);
-    return order ? order < 0 : strcmp(one->second, other->second) < 0;
+static int volpkg__name_less(const void* a, const void* b) {
+    return strcmp(*(const char* const*)a, *(const char* const*)b) < 0;
 }
 
-static volpkg_code volpkg__unique(volpkg__reader* r, volpkg__pair* names, size_t count, const char* problem) {
+static volpkg_code volpkg__unique(volpkg__reader* r, const char** names, size_t count, const char* problem) {
     size_t i;
-    volpkg__sort(names, count, sizeof *names, volpkg__pair_less);
-    for (i = 1; i < count; ++i) VOLPKG__RULE(volpkg__pair_less(&names[i - 1], &names[i]), names[i].first, problem);
+    volpkg__sort(names, count, sizeof *names, volpkg__name_less);
+    for (i = 1; i < count; ++i) VOLPKG__RULE(volpkg__name_less(&names[i - 1], &names[i]), names[i], problem);
     return VOLPKG_OK;
 }
 
-static volpkg_code volpkg__names(volpkg__reader* r, const volpkg_package* p, volpkg__pair* room, size_t most) {
+static volpkg_code volpkg__names(volpkg__reader* r, const volpkg_package* p, const char** room, size_t most) {
     size_t n = 0;
     int32_t i, k;
-#define VOLPKG__ALL(list, one, other, problem)                                                               \
-    for (n = 0, i = 0; i < p->list.count && n < most; ++i, ++n) room[n].first = one, room[n].second = other; \
+#define VOLPKG__ALL(list, problem)                                                            \
+    for (n = 0, i = 0; i < p->list.count && n < most; ++i, ++n) room[n] = p->list.at[i].name; \
     VOLPKG__TRY(volpkg__unique(r, room, n, problem));
-    VOLPKG__ALL(textures, p->textures.at[i].name, "", "two textures have this name")
-    VOLPKG__ALL(programs, p->programs.at[i].name, "", "two programs have this name")
-    VOLPKG__ALL(channels, p->channels.at[i].name, "", "two channels have this name")
-    VOLPKG__ALL(pictures, p->pictures.at[i].name, "", "two pictures have this name")
+    VOLPKG__ALL(textures, "two textures have this name")
+    VOLPKG__ALL(programs, "two programs have this name")
+    VOLPKG__ALL(channels, "two channels have this name")
+    VOLPKG__ALL(pictures, "two pictures have this name")
 #undef VOLPKG__ALL
     for (n = 0, i = 0; i < p->channels.count; ++i)
         for (k = 0; k < p->channels.at[i].transfer_functions.count && n < most; ++k, ++n)
-            room[n].first = p->channels.at[i].transfer_functions.at[k].name, room[n].second = "";
+            room[n] = p->channels.at[i].transfer_functions.at[k].name;
     return volpkg__unique(r, room, n, "two transfer functions have this name");
 }
 
@@ -5374,7 +5368,7 @@ size_t volpkg_input_arena_bytes(const volpkg_input* input, volpkg_error* error) 
     }
     if (volpkg__begin_manifest(&j, &r, found ? &manifest : NULL)) return 0;
     volpkg__take(&r, 1, sizeof(volpkg_package));
-    volpkg__take(&r, volpkg__scratch(&manifest), sizeof(volpkg__pair));
+    volpkg__take(&r, volpkg__scratch(&manifest), sizeof(const char*));
     if (volpkg__read(&j, &volpkg__manifest_record, "manifest", NULL)) return 0;
     /* 8 bytes for an arena that is not aligned */
     return r.used > SIZE_MAX - 8 ? SIZE_MAX : r.used + 8;
@@ -5391,14 +5385,14 @@ size_t volpkg_arena_bytes(const void* data, size_t size, volpkg_error* error) {
 static volpkg_code volpkg__open(volpkg__reader* r, volpkg_package** made) {
     const volpkg__entry* manifest;
     volpkg_package* p;
-    volpkg__pair* room;
+    const char** room;
     volpkg__json j;
     int32_t i;
     VOLPKG__TRY(r->input->files ? volpkg__read_files(r) : volpkg__read_directory(r));
     manifest = volpkg__find_entry(r, "manifest.json");
     VOLPKG__TRY(volpkg__begin_manifest(&j, r, manifest));
     p = (volpkg_package*)volpkg__take(r, 1, sizeof *p);
-    room = (volpkg__pair*)volpkg__take(r, volpkg__scratch(manifest), sizeof *room);
+    room = (const char**)volpkg__take(r, volpkg__scratch(manifest), sizeof *room);
     if (p == NULL || room == NULL) return volpkg__no_room(r);
     VOLPKG__TRY(volpkg__read(&j, &volpkg__manifest_record, "manifest", p));
     VOLPKG__TRY(volpkg__check_records(r, p));
