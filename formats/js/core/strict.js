@@ -197,12 +197,13 @@ function completed(record) {
 
 /** @param {Manifest} manifest @param {Use[]} more what parts use @returns {Generator<string, void>} */
 export function* contradictions(manifest, more) {
-  const { files, profile, channels, programs, preview } = manifest;
+  const { files, profile, channels, programs, pictures, preview } = manifest;
   // Textures of other roles are of a later version; no program reads them.
   const textures = manifest.textures.filter(({ role }) => ROLES.includes(role));
   const functions = channels.flatMap((each) => each.transfer_functions);
   const roles = new Map(files.map((each) => [each.path, each.role]));
-  for (const [what, list] of Object.entries({ files, textures: manifest.textures, programs, channels, functions })) {
+  const named = { files, textures: manifest.textures, programs, channels, functions, pictures };
+  for (const [what, list] of Object.entries(named)) {
     if (new Set(list.map((/** @type {any} */ each) => each.path ?? each.name)).size < list.length)
       yield `two ${what} have one name`;
   }
