@@ -257,4 +257,4 @@ def _program(package: Package, way: Way) -> Program:
     (picture,) = package.manifest.pictures
     drawn = picture.pieces if way.sampling == "subvolumes" else picture.drawings[0]
     assert drawn is not None
-    return next(program for program in package.manifest.level_programs if program.name == drawn.program)
+    return package.manifest.picture_program(drawn.program, picture)
