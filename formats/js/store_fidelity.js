@@ -1,7 +1,7 @@
 /** Answers from fidelity.json (`volprep judge`): what a screen shows of a pyramid, and which level is enough. */
 
-/** @typedef {{look: string, level: number, pixels_per_voxel: number, rmse: number, off: number, kept_light: number | null}} Judged */
-/** @typedef {{levels: {level: number, spacing_mm_zyx: number[]}[], tolerance_rmse: number, least_kept_light: number, measured: Judged[]}} StoreFidelity */
+/** @typedef {{look: string, level: number, pixels_per_voxel: number, rmse: number, off: number, kept_contrast: number | null}} Judged */
+/** @typedef {{levels: {level: number, spacing_mm_zyx: number[]}[], tolerance_rmse: number, least_kept_contrast: number, measured: Judged[]}} StoreFidelity */
 
 /**
  * What a screen shows of a level. The worse one of the two nearest measured sizes counts; null where nothing like it
@@ -11,18 +11,18 @@
 export function shown(fidelity, look, level, mmPerPixel) {
   const spacing = Math.min(...fidelity.levels[level].spacing_mm_zyx);
   const size = spacing / mmPerPixel;
-  if (level === 0) return { pixels_per_voxel: size, rmse: 0, off: 0, kept_light: 1, within: true };
+  if (level === 0) return { pixels_per_voxel: size, rmse: 0, off: 0, kept_contrast: 1, within: true };
   const all = fidelity.measured.filter((each) => each.look === look && each.level === level);
   const sizes = all.map((each) => each.pixels_per_voxel);
   const above = Math.min(...sizes.filter((each) => each >= size * 0.999));
   if (!Number.isFinite(above)) return null;
   const below = Math.max(...sizes.filter((each) => each <= size * 1.001));
   const found = all.filter(({ pixels_per_voxel: each }) => each === above || each === below);
-  const kept = found.flatMap(({ kept_light: each }) => (each === null ? [] : [each]));
+  const kept = found.flatMap(({ kept_contrast: each }) => (each === null ? [] : [each]));
   const rmse = Math.max(...found.map((each) => each.rmse));
   const least = kept.length ? Math.min(...kept) : null;
-  const within = rmse <= fidelity.tolerance_rmse && (least ?? 1) >= fidelity.least_kept_light;
-  return { pixels_per_voxel: size, rmse, off: Math.max(...found.map((each) => each.off)), kept_light: least, within };
+  const within = rmse <= fidelity.tolerance_rmse && (least ?? 1) >= fidelity.least_kept_contrast;
+  return { pixels_per_voxel: size, rmse, off: Math.max(...found.map((each) => each.off)), kept_contrast: least, within };
 }
 
 /** The coarsest level that is within the tolerance on a screen. @param {StoreFidelity} fidelity @param {string} look @param {number} mmPerPixel */

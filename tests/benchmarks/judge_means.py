@@ -6,6 +6,7 @@ truth, level, five times the difference. Scans that the table has are left out.
 
 import json
 import sys
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -71,17 +72,18 @@ def main(folder: Path, out: Path) -> None:
         for level in (1, 2):
             volumes.append(Volume(means(volumes[-1].stored), info.grid.coarser((2**level,) * 3)))
         for function in looks(stored):
+            truth_of = cache(partial(_picture, volumes[0], info.grid, function))
             for level in (1, 2):
-                for each in _judged(volumes, level, function):
+                for each in _judged(volumes[level], level, info.grid, function, truth_of):
                     if each.pixels_per_voxel > 1:
                         continue
                     rows.append({"scan": name, **each.model_dump(mode="json")})
-                    told = f"{each.rmse:.4f} kept {each.kept_light}"
+                    told = f"{each.rmse:.4f} kept {each.kept_contrast}"
                     print(name, function.name, level, each.pixels_per_voxel, each.pixels, told, flush=True)
             one = [row for row in rows if row["scan"] == name and row["look"] == function.name and row["level"] == 1]
             size = next((row["pixels"] for row in one if row["pixels_per_voxel"] == 1.0), None)
             if size:
-                shown = [_picture(each, info.grid, VIEWS[0], function, size) for each in volumes[:2]]
+                shown = [_picture(each, info.grid, function, VIEWS[0], size) for each in volumes[:2]]
                 sheet = np.concatenate([*shown, np.abs(shown[0] - shown[1]) * 5], axis=1)[..., :3]
                 file = f"{name.split(',')[0]}-{name.split()[-1].strip('()')}-{function.name}.png"
                 encoded = np.rint(255 * srgb_of_linear(sheet.clip(0, 1))).astype(np.uint8)
@@ -90,4 +92,4 @@ def main(folder: Path, out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]).absolute(), Path(sys.argv[2]))

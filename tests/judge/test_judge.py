@@ -66,6 +66,15 @@ def test_a_level_of_noise_is_far_off_and_a_smooth_one_is_not(tmp_path: Path) -> 
     assert errors["noisy"][1.0] > 0.015
 
 
+def test_kept_contrast_of_an_opaque_noisy_scan_is_a_share(tmp_path: Path) -> None:
+    """Kept light of such pictures ended at -12: a few hundredths of light beside a body that changes by a third."""
+    grains = np.random.default_rng(5).normal(0, 45, (48, 48, 48))
+    z, y, x = np.indices(grains.shape) - 23.5
+    values = np.clip(np.where(z**2 + y**2 + x**2 < 20**2, 110 + grains, 0), 0, 255).astype(np.uint8)
+    for each in judged(tmp_path, [values, halved(values)]).measured:
+        assert each.kept_contrast is None or -1.0 <= each.kept_contrast <= 1.2
+
+
 def test_a_level_that_was_damaged_is_found(tmp_path: Path) -> None:
     values = smooth()
     (tmp_path / "whole").mkdir()

@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 
 from volprep.truth.contrast import contrast_loss
+from volprep.truth.kept_contrast import kept_contrast
 from volprep.truth.kept_light import lost_things, small_things
 from volprep.truth.metrics import picture_error
 from volprep.truth.opening import disk_of, opened
@@ -284,6 +285,17 @@ def test_contrast_that_is_gone_is_a_loss_and_contrast_that_grows_is_not():
     assert contrast_loss(truth, truth, 4.0) == pytest.approx(0.0, abs=1e-6)
     assert contrast_loss(body, truth, 4.0) == pytest.approx(0.1, abs=0.03)
     assert contrast_loss(body + 2.0 * (truth - body), truth, 4.0) < 0.03
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_contrast_of_a_thing_is_kept_where_the_body_behind_it_changes(name):
+    truth, body = scene(name)
+    thing = truth - body
+    shade = 0.4 * np.linspace(0.0, 1.0, truth.shape[1])[:, None] * (body[..., 3:] > 0)
+    for share in (1.0, 0.5, 0.0):
+        assert kept_contrast(body + share * thing, truth, 8.0) == pytest.approx(share, abs=0.15)
+        assert kept_contrast(body + share * thing - shade * body, truth, 8.0) == pytest.approx(share, abs=0.2)
+    assert kept_contrast(body, body, 8.0) is None
 
 
 def test_rounding_to_the_target_is_no_flip():

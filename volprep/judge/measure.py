@@ -11,7 +11,7 @@ from volprep.judge.records import Judged, JudgedLevel, JudgedLook, StoreFidelity
 from volprep.scene.points import Measure
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
-from volprep.truth.kept_light import kept_at_most, small_things
+from volprep.truth.kept_contrast import kept_contrast
 from volprep.truth.oracle import oracle_picture
 from volprep.truth.seen import seen_error
 from volprep.truth.volume import Volume
@@ -71,7 +71,7 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
         ),
         looks=tuple(JudgedLook(name=function.name, points=function) for function in functions),
         tolerance_rmse=scene.tolerance.rmse,
-        least_kept_light=scene.tolerance.kept_light,
+        least_kept_contrast=scene.tolerance.kept_light,
         measured=tuple(measured),
     )
 
@@ -111,8 +111,7 @@ def _judged(
         for view in VIEWS:
             truth, drawn = truth_of(view, pixels), _picture(coarse, grid, function, view, pixels)
             errors.append(seen_error(drawn, truth))
-            most = kept_at_most(small_things(drawn, truth, 2 * size))
-            kept += [] if most is None else [max(most, 0.0)]
+            kept.append(kept_contrast(drawn, truth, 2 * size))
         yield Judged(
             look=function.name,
             level=level,
@@ -121,7 +120,7 @@ def _judged(
             rmse=max(error.rmse for error in errors),
             maximum=max(error.maximum for error in errors),
             off=max(error.off for error in errors),
-            kept_light=min(kept, default=None),
+            kept_contrast=min((each for each in kept if each is not None), default=None),
         )
 
 

@@ -48,8 +48,9 @@ class Judged(Record):
     """Largest error of a channel of a pixel in any view."""
     off: Fraction
     """Share of the seen pixels that people tell apart side by side, in the worst view: 10 of 255 in sRGB."""
-    kept_light: float | None
-    """Light that the thin or small thing that loses the most has kept, at most; null if there are no such things."""
+    kept_contrast: float | None
+    """Contrast to its surroundings that the thin or small thing that loses the most has kept: 1 if all of it, 0 if the
+    thing is gone, less if it is its own negative; null if there are no such things."""
 
 
 class StoreFidelity(Record):
@@ -71,7 +72,7 @@ class StoreFidelity(Record):
     """The looks."""
     tolerance_rmse: Fraction
     """Error that the scene of the looks allows."""
-    least_kept_light: Fraction
-    """Least light that a thing must keep."""
+    least_kept_contrast: Fraction
+    """Least contrast that a thing must keep: the kept light of the scene's tolerance."""
     measured: tuple[Judged, ...]
     """Each look at each coarse level, for each size of a voxel."""

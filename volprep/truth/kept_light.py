@@ -62,7 +62,7 @@ _OVER_GRAIN = 2.0
 """Contrast of each pixel over the median of matter, whose noise would join things to a web."""
 _NEAR = 4.0
 """Widths within which noise counts."""
-_LEAST_WIDTH = 3.0
+LEAST_WIDTH = 3.0
 """Pixels. A thinner disk removes nothing but single pixels."""
 _FINE = 5.0
 """Pixels of a width that are enough: larger pictures are averaged down to it first."""
@@ -109,7 +109,7 @@ def small_things(
     """
     require_same_shape(picture, truth)
     scale = max(1, int(width_pixels / _FINE))
-    width = max(_LEAST_WIDTH, width_pixels / scale)
+    width = max(LEAST_WIDTH, width_pixels / scale)
     fewer, other = _reduced(truth, scale), _reduced(picture, scale)
     shown = (fewer != 0.0).any(axis=-1) | (other != 0.0).any(axis=-1)
     if not shown.any():
@@ -117,7 +117,7 @@ def small_things(
     # Surroundings reach one width, their background _AROUND further, and the scatter of that as far again.
     part = part_around(shown, math.ceil((1.0 + 2.0 * _AROUND) * width) + 2)
     fewer, other = fewer[part], other[part]
-    matter = opened(fewer[..., 3], disk_of(width)) > LEAST_CONTRAST
+    matter = matter_of(fewer, width)
     pairs = zip(signals_of(fewer, lit=lit), signals_of(other, lit=lit), strict=True)
     found = [
         thing
@@ -145,11 +145,11 @@ def _of_signal(  # noqa: PLR0917 - a signal, and its pixels
     spreads: bool,
 ) -> list[SmallThing]:
     """Return the things of which the signal `high` of the truth is above its surroundings."""
-    found = _things(high, matter, width, signal)
+    found = things_of(high, matter, width, signal)
     if found is None:
         return []
     labels, removed = found
-    near = _surroundings(labels, width)
+    near = surroundings_of(labels, width)
     background, scatter, unknown = _background(difference, high - removed, near == 0, width)
     count = int(labels.max()) + 1
     of, weights = (near, np.float32(1.0)) if spreads else (labels, removed)
@@ -210,7 +210,13 @@ def _reduced(picture: FloatArray, scale: int) -> Float32Array:
     return means
 
 
-def _things(
+def matter_of(picture: FloatArray, width: float) -> NDArray[np.bool_]:
+    """Return where the opening of the opacity of a picture [H, W, 4] shows something."""
+    matter: NDArray[np.bool_] = opened(picture[..., 3], disk_of(width)) > LEAST_CONTRAST
+    return matter
+
+
+def things_of(
     high: Float32Array, matter: NDArray[np.bool_], width: float, signal: Signal
 ) -> tuple[NDArray[np.intp], Float32Array] | None:
     """Return a label per pixel of a thing, 0 elsewhere, and the light that the opening removes; None if empty."""
@@ -252,7 +258,7 @@ def _noise(removed: Float32Array, others: NDArray[np.bool_], near: tuple[slice, 
     return float(removed[near][others[near]].mean()) if others[near].any() else 0.0
 
 
-def _surroundings(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
+def surroundings_of(labels: NDArray[np.intp], width: float) -> NDArray[np.intp]:
     """Return the label of the nearest thing for each pixel that is no further from it than the width, 0 elsewhere."""
     from scipy import ndimage  # noqa: PLC0415 - heavy
 
