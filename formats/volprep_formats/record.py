@@ -84,8 +84,16 @@ def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"], record: 
     name = _name([part for part in detail["loc"] if _is_key(part)])
     if meant := get_close_matches(str(key), missing, n=1):
         return f"{name}: unknown key, {meant[0]} is missing"
-    near = get_close_matches(str(key), _keys_at(record, parent), n=2)
+    near = _tables_with(record, str(key)) or get_close_matches(str(key), _keys_at(record, parent), n=2)
     return f"{name}: unknown key" + (f", perhaps {' or '.join(near)} is meant" if near else "")
+
+
+def _tables_with(record: type[Record] | None, key: str) -> list[str]:
+    """Return the places of a key in the tables of `record`, if they are at most two."""
+    fields = {} if record is None else record.model_fields
+    records = [(name, inner) for name, field in fields.items() for inner in _records_in(field.annotation)]
+    places = dict.fromkeys(f"{name}.{key}" for name, inner in records if key in inner.model_fields)
+    return [*places] if len(places) <= 2 else []
 
 
 def _keys_at(record: type[Record] | None, place: Sequence[int | str]) -> list[str]:

@@ -89,6 +89,10 @@ def test_an_unknown_key_is_told_with_the_near_ones() -> None:
     assert told({"zzz": 1}) == "zzz: unknown key"
 
 
+def test_a_key_of_another_table_is_told_with_its_place() -> None:
+    assert told({"preset": "x"}) == "preset: unknown key, perhaps parts.preset or one.preset is meant"
+
+
 def test_all_that_is_wrong_is_told_at_once() -> None:
     text = told({"nane": 1, "parts": [{"size": "big"}], "one": {"size": "huge"}})
     assert "nane: unknown key, perhaps name is meant" in text
