@@ -23,7 +23,7 @@ it; each has a licence of its own, and so have the libraries that its binary pac
 tools/make_notice.py.
 
 """
-_EXTRAS = ("validate", "batch", "zarr", "convex")
+_EXTRAS = ("validate", "batch", "zarr", "convex", "seg", "surface")
 _LONGEST = 60
 _NO_ANSWER = "Other/Proprietary License"
 
