@@ -13,7 +13,7 @@ from volprep_formats.diagnostics import ExitStatus
 
 if TYPE_CHECKING:
     from volprep.batch.guard import Limits
-    from volprep.batch.others import OtherFiles
+    from volprep.batch.other_files import OtherFiles
     from volprep.batch.run import Engine
 
 Jobs = Annotated[
@@ -220,7 +220,7 @@ def _engine(
 ) -> "tuple[Engine, int | None]":
     """Return the engine, and how many processes share this machine; None if they are elsewhere."""
     if alone and workers is None and scheduler is None:
-        from volprep.batch.alone import Alone
+        from volprep.batch.serial_engine import Alone
 
         return Alone(), 1
     from volprep.batch.cluster import Local, Remote

@@ -11,7 +11,7 @@ from volprep_formats.diagnostics import VolprepError
 if TYPE_CHECKING:
     from volprep.batch.estimate import Estimate
     from volprep.batch.jobs import Defaults, Job
-    from volprep.batch.others import OtherFiles
+    from volprep.batch.other_files import OtherFiles
     from volprep.batch.place import Place
     from volprep.batch.rules import Matched
 

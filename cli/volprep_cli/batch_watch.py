@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as Bar
 
-    from volprep.batch.others import OtherFiles
+    from volprep.batch.other_files import OtherFiles
     from volprep.batch.work import TaskResult
 
 

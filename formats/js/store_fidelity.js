@@ -20,9 +20,10 @@ export function shown(fidelity, look, level, mmPerPixel) {
   const found = all.filter(({ pixels_per_voxel: each }) => each === above || each === below);
   const kept = found.flatMap(({ kept_contrast: each }) => (each === null ? [] : [each]));
   const rmse = Math.max(...found.map((each) => each.rmse));
+  const off = Math.max(...found.map((each) => each.off));
   const least = kept.length ? Math.min(...kept) : null;
   const within = rmse <= fidelity.tolerance_rmse && (least ?? 1) >= fidelity.least_kept_contrast;
-  return { pixels_per_voxel: size, rmse, off: Math.max(...found.map((each) => each.off)), kept_contrast: least, within };
+  return { pixels_per_voxel: size, rmse, off, kept_contrast: least, within };
 }
 
 /** The coarsest level that is within the tolerance on a screen. @param {StoreFidelity} fidelity @param {string} look @param {number} mmPerPixel */

@@ -15,7 +15,7 @@ from phantom_scene import write_phantom_scene
 
 from volprep.batch import endings, store_tree
 from volprep.batch.jobs import Defaults, Job, in_shard
-from volprep.batch.others import OtherFiles
+from volprep.batch.other_files import OtherFiles
 from volprep.batch.place import Place
 from volprep.batch.run import find_jobs, find_scans
 from volprep.batch.stamp import stamp_of

@@ -18,7 +18,7 @@ from volprep.pipeline.origin import read_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.plan.whole_source import WholeSource
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile

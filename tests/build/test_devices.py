@@ -8,7 +8,7 @@ from slice_packages import missing_es11
 from tamper_scenes import write_kind
 
 from volprep.pipeline.build import build
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.scene.profiles import class_names, device_names, load_profile
 from volprep.scene.request import load_request
 from volprep_formats.package.reader import Package

@@ -7,7 +7,7 @@ from judged import validate
 from slice_packages import missing_es11, slice_package
 
 from volprep.parts.editing.inputs import FunctionEdit
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_edit
 from volprep.truth.camera import standard_views

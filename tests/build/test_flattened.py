@@ -10,7 +10,7 @@ from scipy.ndimage import minimum_filter
 from tamper_scenes import SCENE, write_kind
 
 from volprep.parts.hidden_voxels import _numbered, flatten
-from volprep.render.choose import ray_caster_of
+from volprep.render.renderers import ray_caster_of
 from volprep.truth.camera import standard_views
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.reader import Package

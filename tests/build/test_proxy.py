@@ -16,9 +16,9 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
 from volprep.pipeline.stages import run_stages
-from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
 from volprep_formats.diagnostics import VolprepError

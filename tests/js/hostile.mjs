@@ -3,7 +3,7 @@ import { readFile } from "node:fs/promises";
 import { openPackage } from "../../formats/js/volpkg.js";
 import { partsOf } from "../../formats/js/gl/mesh.js";
 import { HEAD_BYTES, readHead } from "../../formats/js/gl/ktx2.js";
-import { sharing } from "../../formats/js/core/choose.js";
+import { sharing } from "../../formats/js/core/drawing.js";
 import { shares } from "../../formats/js/edit/edit.js";
 
 const [file, seed, count] = process.argv.slice(2);

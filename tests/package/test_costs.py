@@ -4,7 +4,7 @@ import pytest
 from tamper_scenes import KINDS, write_kind
 
 from volprep.pipeline.build import build, plan_build
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.scene.request import load_request
 from volprep.validation.exact.manifests import manifest_differences
 from volprep_formats.package.picture import DrawCost

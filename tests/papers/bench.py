@@ -18,8 +18,8 @@ from tests.benchmarks.drawing_time import best_ms, honest_clock, picture_ms
 from tests.benchmarks.waking import is_software
 from volprep.compositing import COMPOSITINGS
 from volprep.pipeline.build import build
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_request
 from volprep.techniques import TECHNIQUES

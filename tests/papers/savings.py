@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.shading.program import compose_program
 from volprep.truth.camera import standard_views
 from volprep.validation.comparison.altered import Altered

@@ -8,10 +8,10 @@ from blobs import SHELLS, blobs
 from scene_builds import view_of
 from tiny_packages import ES2, ES3, tiny_package
 
-from volprep.render.choose import ray_caster_of
 from volprep.render.progressive import REFINEMENTS, frames, low_resolution, pixel_order, tile_order
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.scene.scene import ProxySettings
 from volprep_formats.diagnostics import VolprepError
 

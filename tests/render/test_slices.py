@@ -9,7 +9,7 @@ from scene_builds import view_of
 from slice_packages import expected_picture, missing_es11, slice_package, stack_of
 
 import volprep.scene.profiles
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer, _back_to_front
 from volprep.truth.camera import standard_views, view_from
 from volprep.truth.stacks import stack_picture

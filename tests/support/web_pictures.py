@@ -10,7 +10,7 @@ from browser import Browser
 from web_server import WebServer
 
 from volprep.parts.editing.inputs import FunctionEdit
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.truth.camera import standard_views
 from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction

@@ -10,9 +10,9 @@ from judged import validate
 from phantom_scene import write_phantom_scene
 from scene_builds import built
 
-from volprep.render.choose import renderer_of
 from volprep.render.proxy_renderer import ProxyRenderer
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.validation.results.measurements import EmptySpace
 from volprep.validation.results.report import Report
 from volprep.validation.timing.rays import settled

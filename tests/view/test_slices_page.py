@@ -7,7 +7,7 @@ from tiny_packages import function
 from view_page import opened, picture, served
 
 from volprep.parts.editing.inputs import FunctionEdit
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 
 pytestmark = pytest.mark.skipif(missing_es11() is not None, reason=f"no OpenGL ES 1.1: {missing_es11()}")

@@ -10,7 +10,7 @@ from volprep.batch.attempts import forget_done
 from volprep.batch.guard import Limits
 from volprep.batch.jobs import Defaults, Job, expand
 from volprep.batch.ledger import Ledger
-from volprep.batch.others import OtherFiles, other_files
+from volprep.batch.other_files import OtherFiles, other_files
 from volprep.batch.place import Place
 from volprep.batch.rules import Matched, Rules, read_rules, require_one_each
 from volprep.batch.storage import is_url, require_target

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from volprep.pipeline.framing import filled
 from volprep.pipeline.shot import Shot, camera_of
-from volprep.render.choose import ray_caster_of
 from volprep.render.progressive import Order, ShownFrame, coarse_level, frames
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.truth.metrics import picture_error
 from volprep.truth.picture import encoded
 from volprep_formats.diagnostics import VolprepError

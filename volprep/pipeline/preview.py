@@ -1,8 +1,8 @@
 """The preview picture of a package, for lists of packages and file browsers."""
 
 from volprep.pipeline.framing import filled
-from volprep.render.choose import renderer_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.truth.camera import standard_views, widest_view
 from volprep.truth.picture import encoded

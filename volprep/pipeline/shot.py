@@ -5,9 +5,9 @@ from pathlib import Path
 
 from volprep.parts.editing.inputs import FunctionEdit
 from volprep.pipeline.framing import filled
-from volprep.render.choose import renderer_of
 from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_edit
 from volprep.truth.camera import Camera, standard_views, view_from, widest_view

@@ -82,7 +82,7 @@ export function fidelityOf(renderer, measured) {
 
 /**
  * Whose precomputed light is drawn; null for a picture without such light.
- * @param {import("./choose.js").Choice} choice @param {boolean} edited
+ * @param {import("./drawing.js").Choice} choice @param {boolean} edited
  * @returns {keyof typeof LIGHTS | null}
  */
 function bakedLight({ textures, relit }, edited) {

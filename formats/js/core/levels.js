@@ -1,6 +1,6 @@
 /** The level that is drawn: the wanted one is loaded by way of coarser ones, and again where something was changed. */
 import { check } from "./abort.js";
-import { choose, nothing } from "./choose.js";
+import { choose, nothing } from "./drawing.js";
 import { climb, filesOf } from "./progressive.js";
 import { Device, checkFits } from "../gl/device.js";
 import { VolpkgError } from "./error.js";

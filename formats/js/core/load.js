@@ -1,6 +1,6 @@
 /** Loads the textures, program and mesh of a picture at a level. */
 import { check, either } from "./abort.js";
-import { choose, namedBy } from "./choose.js";
+import { choose, namedBy } from "./drawing.js";
 import { checkFits } from "../gl/device.js";
 import { VolpkgError } from "./error.js";
 import { isWebGl2 } from "../gl/formats.js";
@@ -8,8 +8,8 @@ import { formsOf } from "../gl/forms.js";
 import { checkNamed, checkUniforms, setUniform } from "../gl/program.js";
 import { passesOf } from "./shapes.js";
 
-/** @typedef {import("./choose.js").Choice} Choice */
-/** @typedef {import("./choose.js").Value} Value */
+/** @typedef {import("./drawing.js").Choice} Choice */
+/** @typedef {import("./drawing.js").Value} Value */
 /** @typedef {import("../draw/clip.js").Behind} Behind */
 /** @typedef {import("../draw/clip.js").Clip} Clip */
 /** @typedef {import("../gl/device.js").Device} Device */

@@ -1,5 +1,5 @@
 /** Levels on the way to the one that is wanted, the coarsest first. */
-import { choose } from "./choose.js";
+import { choose } from "./drawing.js";
 import { VolpkgError } from "./error.js";
 import { passesOf } from "./shapes.js";
 

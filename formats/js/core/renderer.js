@@ -245,7 +245,7 @@ export class Renderer extends RendererState {
 
   /**
    * Recompiles the shader for more planes of a picture, or loads the light of the volume that they cut.
-   * @param {readonly (readonly number[])[]} planes @param {import("./choose.js").Choice} choice
+   * @param {readonly (readonly number[])[]} planes @param {import("./drawing.js").Choice} choice
    */
   async #follow(planes, choice) {
     try {

@@ -4,7 +4,7 @@ import { uploadOf } from "../gl/formats.js";
 import { toHalf } from "../gl/halves.js";
 import { parseJson, schemaBreach } from "./strict.js";
 
-/** @typedef {import("./choose.js").Choice} Choice */
+/** @typedef {import("./drawing.js").Choice} Choice */
 /** @typedef {import("./package.js").Package} Package */
 /** @typedef {import("./types.js").SubvolumeFiles} SubvolumeFiles */
 /** @typedef {import("./types.js").Texture} Texture */
@@ -111,7 +111,7 @@ function holdsPieces(mosaic, gl, most) {
 /**
  * The drawing of the pieces around a point, with all its inputs.
  * @param {Package} pack @param {string} picture @param {number} point
- * @param {typeof import("./choose.js").namedBy} namedBy finds the program and the textures @param {AbortSignal} [signal]
+ * @param {typeof import("./drawing.js").namedBy} namedBy finds the program and the textures @param {AbortSignal} [signal]
  * @returns {Promise<Choice>}
  */
 export async function chooseBlock(pack, picture, point, namedBy, signal) {

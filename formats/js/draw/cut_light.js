@@ -1,6 +1,6 @@
 /** Precomputed light of a volume that planes cut. spec/baked_light.md. */
 
-/** @typedef {import("../core/choose.js").Choice} Choice */
+/** @typedef {import("../core/drawing.js").Choice} Choice */
 /** @typedef {import("../core/types.js").Manifest} Manifest */
 /** @typedef {import("../core/types.js").Texture} Texture */
 /** @typedef {readonly (readonly number[])[]} Planes a, b, c and d of each, box millimetres */

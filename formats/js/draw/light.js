@@ -36,7 +36,7 @@ export function checkLight({ manifest }, light) {
 
 /**
  * Values of uniforms, by their source, of the lights of a drawing.
- * @param {Grid} grid @param {import("../core/choose.js").Choice} choice
+ * @param {Grid} grid @param {import("../core/drawing.js").Choice} choice
  * @param {{light: Light, edits: ReadonlyMap<string, unknown>}} changes
  * @returns {Record<string, number[]>}
  */

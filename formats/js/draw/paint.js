@@ -1,7 +1,7 @@
 /** Draws one picture with a loaded level. spec/webgl.md. */
 import { bind } from "../core/load.js";
 
-/** @typedef {import("../core/choose.js").Value} Value */
+/** @typedef {import("../core/drawing.js").Value} Value */
 /** @typedef {import("../gl/formats.js").Gl} Gl */
 /**
  * @typedef {object} Painting

@@ -3,7 +3,7 @@ import { VolpkgError } from "../core/messages.js";
 import { texelsOf } from "../net/kept_files.js";
 import { skipEntries } from "../edit/skip.js";
 
-/** @typedef {import("../core/choose.js").Choice} Choice */
+/** @typedef {import("../core/drawing.js").Choice} Choice */
 /** @typedef {import("../core/package.js").Package} Package */
 /** @typedef {import("../core/types.js").Manifest} Manifest */
 /** @typedef {import("../core/types.js").Segment} Segment */

@@ -10,7 +10,7 @@ import { layers } from "./layers.js";
 import { TEXEL_BYTES, checkTarget, claims, freeTarget, makeTarget } from "../gl/pass_targets.js";
 import { among, breach, count, passesOf, text, tuple } from "../core/shapes.js";
 
-/** @typedef {import("../core/choose.js").Value} Value */
+/** @typedef {import("../core/drawing.js").Value} Value */
 /** @typedef {import("../gl/formats.js").Gl} Gl */
 /** @typedef {import("../gl/program.js").Linked} Linked */
 /** @typedef {import("../core/types.js").Blend} Blend */
@@ -82,7 +82,7 @@ const PROGRAM = {
  * Loads a technique that takes more than one triangle. Throws VP7021 if this page or device cannot draw the technique,
  * and VP7011 to VP7014 if it cannot draw into the targets of the passes.
  * @param {import("../core/load.js").Wanted} wanted
- * @param {Pick<import("../core/choose.js").Choice, "program" | "textures" | "level">} choice
+ * @param {Pick<import("../core/drawing.js").Choice, "program" | "textures" | "level">} choice
  * @param {typeof import("../gl/program.js").checkNamed} checkNamed
  * @param {import("../gl/mesh.js").Shape | null} [mesh] where its rays begin and end
  */

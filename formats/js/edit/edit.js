@@ -6,7 +6,7 @@ import { fileOf, texelsOf } from "../net/kept_files.js";
 import { texelBytes } from "../gl/ktx2.js";
 import { entriesOf, skipEntries } from "./skip.js";
 
-/** @typedef {import("../core/choose.js").Choice} Choice */
+/** @typedef {import("../core/drawing.js").Choice} Choice */
 /** @typedef {import("../core/package.js").Package} Package */
 /** @typedef {import("../core/types.js").Channel} Channel */
 /** @typedef {import("../core/types.js").Texture} Texture */

@@ -1,5 +1,5 @@
 /** GPU objects that all pictures share, and checks that a device can draw a package. */
-import { bytesOf, sharing } from "../core/choose.js";
+import { bytesOf, sharing } from "../core/drawing.js";
 import { VolpkgError } from "../core/error.js";
 import { isWebGl2 } from "./formats.js";
 import { Probes } from "./probe.js";
@@ -8,7 +8,7 @@ import { passesOf } from "../core/shapes.js";
 import { Pictures } from "./target.js";
 import { Textures } from "./textures.js";
 
-/** @typedef {import("../core/choose.js").Choice} Choice */
+/** @typedef {import("../core/drawing.js").Choice} Choice */
 /** @typedef {import("./formats.js").Gl} Gl */
 /** @typedef {import("../core/package.js").Package} Package */
 /** @typedef {import("./program.js").Linked} Linked */

@@ -1,5 +1,5 @@
 /** In which format a texture reaches this device: its own if that works here, else the nearest that does, else none. */
-import { checkedFormat } from "../core/choose.js";
+import { checkedFormat } from "../core/drawing.js";
 import { VolpkgError } from "../core/error.js";
 import { FORMATS } from "./formats.js";
 

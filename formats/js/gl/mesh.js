@@ -18,7 +18,7 @@ const UNITS = 4;
 
 /**
  * The mesh of a choice, or null if rays begin at the box.
- * @param {import("../core/load.js").Wanted} wanted @param {import("../core/choose.js").Choice} choice
+ * @param {import("../core/load.js").Wanted} wanted @param {import("../core/drawing.js").Choice} choice
  * @param {string[]} notes gets a note if the mesh cannot be used
  * @param {typeof import("./program.js").checkNamed} checkNamed
  */

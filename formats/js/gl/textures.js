@@ -1,6 +1,6 @@
 /** Textures: from a file that comes in pieces to the GPU, without ever holding more than a slab of it here. */
 import { check } from "../core/abort.js";
-import { sharing } from "../core/choose.js";
+import { sharing } from "../core/drawing.js";
 import { VolpkgError } from "../core/error.js";
 import { FORMATS, constant, finerSize, isWebGl2 } from "./formats.js";
 import { HEAD_BYTES, readHead, texelBytes } from "./ktx2.js";

@@ -11,9 +11,9 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.path_text import no_such_path, path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
+from volprep_formats.readers.foreign_formats import recognised
 from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
-from volprep_formats.readers.others import recognised
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
 from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.regular_files import check_regular_or_folder, unpacked_head

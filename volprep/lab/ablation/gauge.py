@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 
 from volprep.lab.ablation.records import Measurement, Ratio
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.render.timing import Spread, draws_with_processor, paired_ms
 from volprep.truth.averaged import averaged
 from volprep.truth.decoded import light_of_scan

@@ -15,7 +15,7 @@ from volprep.lab.small_scan import read_scan, write_scan
 from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import AblationItem, Changes
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, PREVIEW
-from volprep.render.choose import ray_caster_of
+from volprep.render.renderers import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan, own_table

@@ -14,8 +14,8 @@ from volprep.lab.curves.records import Curve, CurveErrors, CurvePoint, CurvesRep
 from volprep.lab.small_scan import read_scan, write_scan
 from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import Changes
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.render.timing import draws_with_processor
 from volprep.scene.request import Request
 from volprep.truth.decoded import light_of_scan

@@ -15,10 +15,10 @@ from volprep.parts.editing.inputs import FunctionEdit, edited_inputs
 from volprep.parts.subvolumes.cut_inputs import inputs_of_cut
 from volprep.render.block_inputs import block_inputs
 from volprep.render.box_lines import box_lines, mark_lines
-from volprep.render.choose import ray_caster_of
 from volprep.render.cut import Cut, cut_box
 from volprep.render.inputs import Edit, Inputs, level_inputs
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.scene.walk import ShownValues
 from volprep.truth.decoded import table_function
 from volprep.truth.oracle import OraclePicture

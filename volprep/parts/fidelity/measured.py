@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.render.choose import renderer_of
+from volprep.render.renderers import renderer_of
 from volprep.truth.averaged import averaged
 from volprep.truth.camera import Camera, view_from
 from volprep.truth.metrics import flip_error

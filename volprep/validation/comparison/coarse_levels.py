@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.parts.subvolumes.decision import PUT_TOGETHER
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.truth.decoded import light_of_program
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.truth.part import picture_of_part

@@ -16,9 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from volprep.parts.editing.inputs import FunctionEdit
-from volprep.render.choose import renderer_of
 from volprep.render.cut import Cut, cut
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.truth.camera import standard_views
 from volprep.truth.labelled_decoded import joined
 from volprep.truth.volume import Volume

@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from volprep.render.choose import renderer_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.truth.kept_light import small_things
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture

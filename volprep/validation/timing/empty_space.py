@@ -21,8 +21,8 @@ from statistics import median
 
 import numpy as np
 
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.validation.bench import Bench
 from volprep.validation.comparison.colours import coloured
 from volprep.validation.comparison.precise_target import NO_SUCH_TARGET

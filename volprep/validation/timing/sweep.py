@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from volprep.render.choose import ray_caster_of
 from volprep.render.renderer import Renderer
+from volprep.render.renderers import ray_caster_of
 from volprep.render.turns import CERTAIN_TURNS, turns_of_rays
 from volprep.validation.bench import Bench
 from volprep.validation.comparison.precise_target import finite, most_precise

@@ -11,7 +11,7 @@ import { json, packageSource, settings } from "./files.js";
 import { lightControls, lightLine } from "./light.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
-import { lend } from "./lend.js";
+import { lend } from "./lent_renderer.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { segmentControls } from "./segments.js";

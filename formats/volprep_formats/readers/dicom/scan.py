@@ -11,7 +11,7 @@ from volprep_formats.readers.dicom.file import NO_HEADER, slices_of
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.naming import series_name
 from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
-from volprep_formats.readers.others import Other, recognised
+from volprep_formats.readers.foreign_formats import Other, recognised
 from volprep_formats.readers.volume_files import volumes_in
 from volprep_formats.regular_files import unpacked_head
 from volprep_formats.tree import broken_links_in, files_below
