@@ -578,7 +578,7 @@ typedef struct volpkg_grid_point {
     VOLPKG_LIST(volpkg_move) moves;
 } volpkg_grid_point;
 
-/* A vertex and a fragment shader. The specification lists their attributes and uniforms. */
+/* A vertex and a fragment shader. spec/hybrid.md lists their attributes and uniforms. */
 typedef struct volpkg_shader_pair {
     /* Vertex shader. */
     volpkg_text vertex;
@@ -656,7 +656,8 @@ typedef struct volpkg_light_model {
        scatter as grey of their luminance. */
     volpkg_light_channels channels;
     /* Whether textures hold the light of four environments, so that an app may turn the light around the volume and
-       change its colours. Suns are then spread over half of the sky, and the surroundings keep their colours. */
+       change its colours. Suns are then spread over the sky, brightest towards them, and the surroundings keep their
+       colours. */
     int32_t turnable;
     /* Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light. */
     double sky[3];
@@ -678,7 +679,7 @@ typedef struct volpkg_uniform_record {
     const char* name;
     /* Type: a number, three, or a matrix of 16, column by column. */
     volpkg_uniform_type type;
-    /* Source of its value; The specification lists the value of each source. */
+    /* Source of its value; spec/README.md lists the value of each source. */
     volpkg_uniform_source source;
 } volpkg_uniform_record;
 
@@ -841,7 +842,7 @@ typedef struct volpkg_texture {
     /* KTX 2 file. If the format is palette8-rgba8unorm, which KTX 2 cannot hold: the bytes for glCompressedTexImage2D.
        */
     const char* path;
-    /* Format of a texel; SPEC.md has the constants of OpenGL ES. */
+    /* Format of a texel; spec/README.md has the constants of OpenGL ES. */
     volpkg_texture_format format;
     /* Dimension: 2d or 3d. */
     volpkg_dimension dimension;
@@ -966,7 +967,7 @@ typedef struct volpkg_view_thresholds {
 typedef struct volpkg_subvolume_grid {
     /* Number of voxels of level 0 along each axis. */
     int32_t shape_zyx[3];
-    /* Largest number of voxels of a piece along an axis, the shared ones included. */
+    /* Largest number of voxels of a piece along an axis, shared and ghost ones included. */
     int32_t size;
     /* For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
        cuts[i + 1], both included, so neighbours share one layer. */
@@ -989,7 +990,8 @@ typedef struct volpkg_subvolume_grid {
     const char* whole;
     /* The pieces. Number i + nx * (j + ny * k) is piece i along x, j along y, k along z. */
     VOLPKG_LIST(volpkg_piece) subvolumes;
-    /* Number of points: one more than pieces along each axis. Point i along an axis lies on the voxel cuts[i]. */
+    /* The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on the
+       voxel cuts[i]. */
     VOLPKG_LIST(volpkg_grid_point) points;
     /* Conversion of the direction of view to a move. */
     volpkg_view_thresholds view;
@@ -1298,7 +1300,8 @@ typedef struct volpkg_package {
     const char* generator;
     /* Class of devices that the package is for. */
     volpkg_profile profile;
-    /* Voxels of level 0, whether or not the package holds it: the source without its empty border. NULL if absent. */
+    /* Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
+       cropped. NULL if absent. */
     const volpkg_grid* grid;
     /* Pictures that a user can choose, the default one first. */
     VOLPKG_LIST(volpkg_picture) pictures;
@@ -5054,6 +5057,7 @@ static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package
             VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing));
         }
         if (pieces == NULL) continue;
+        VOLPKG__RULE(p->subvolumes != NULL, picture->name, "it has pieces, and the package has no sub-volumes");
         VOLPKG__TRY(volpkg__textures_rules(r, p, picture, pieces->textures.at, pieces->textures.count, 1));
         VOLPKG__TRY(volpkg__read_rules(r, p, picture, pieces->program, pieces->textures.count));
     }

@@ -199,6 +199,9 @@ CONTRADICTIONS: dict[str, Change] = {
     "picture bone at level 0 begins at the mesh hull, which is not there": set_to(
         "pictures", 0, "drawings", 0, "at_mesh", to={"program": "raycast", "mesh": "hull"}
     ),
+    "picture bone has pieces, and the package has no sub-volumes": set_to(
+        "pictures", 0, "pieces", to={"program": "raycast", "textures": ["subvolume-7"], "step_mm": 1.0}
+    ),
     "picture bone in pieces names the texture subvolume-9, which is not there": set_to(
         "pictures", 0, "pieces", to={"program": "raycast", "textures": ["subvolume-9"], "step_mm": 1.0}
     ),

@@ -12,12 +12,21 @@ def twice(listed: list[Any]) -> None:
     listed.append(listed[-1])
 
 
+def in_pieces(manifest: Any) -> None:
+    picture = manifest["pictures"][0]
+    drawing = picture["drawings"][0]
+    picture["pieces"] = {key: drawing[key] for key in ("program", "textures", "step_mm")}
+
+
 LIES: Lies = {
     "a label of no segment": lambda m: m["segments"]["labels"][1].update(segments=["nobody"]),
     "two textures of a name": lambda m: twice(m["textures"]),
     "two programs of a name": lambda m: twice(m["programs"]),
     "two channels of a name": lambda m: twice(m["channels"]),
     "two pictures of a name": lambda m: twice(m["pictures"]),
+    "a preview as a shader": lambda m: m["programs"][0].update(vertex=m["preview"]),
+    "a picture without a drawing": lambda m: m["pictures"][0].pop("drawings"),
+    "pieces without sub-volumes": in_pieces,
     "two transfer functions of a name": lambda m: twice(m["channels"][0]["transfer_functions"]),
 }
 

@@ -26,6 +26,14 @@ import { has } from "./shapes.js";
  */
 
 /**
+ * The drawing of a level of the picture with this name, or of the first one.
+ * @param {import("./types.js").Manifest} manifest @param {number} level @param {string} [name]
+ */
+export function drawingOf({ pictures }, level, name = pictures[0].name) {
+  return pictures.find((picture) => picture.name === name)?.drawings.find((drawing) => drawing.level === level);
+}
+
+/**
  * @param {Package} pack
  * @param {string} name of a picture
  * @param {number} index of a level
@@ -34,7 +42,7 @@ import { has } from "./shapes.js";
 export function choose(pack, name, index) {
   const { manifest } = pack;
   const picture = manifest.pictures.find((each) => each.name === name);
-  const drawing = picture?.drawings.find((each) => each.level === index);
+  const drawing = drawingOf(manifest, index, name);
   const channel = manifest.channels.find((each) => each.name === picture?.media[0].channel);
   const level = channel?.levels.find((each) => each.index === index);
   if (!drawing?.step_mm || !level) throw nothing(pack, name, `level ${index}`);

@@ -1,4 +1,5 @@
 /** The known error of the picture on the screen against the scan. */
+import { drawingOf } from "./drawing.js";
 
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /**
@@ -47,9 +48,7 @@ export function fidelityOf(renderer, measured) {
     points.filter((each) => each.level === level),
     stepMm,
   );
-  const stated = pack.manifest.pictures
-    .find((each) => each.name === program)
-    ?.drawings.find((each) => each.level === level)?.fidelity;
+  const stated = drawingOf(pack.manifest, level, program)?.fidelity;
   const found = nearest ?? stated;
   const judged = nearest ? nearest.step_mm : renderer.packageStep;
   const light = bakedLight(drawn.choice, changed.edited);

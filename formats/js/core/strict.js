@@ -190,6 +190,7 @@ export async function decodeManifest(bytes, name) {
 function completed(record) {
   const manifest = JSON.parse(JSON.stringify(record, (_, value) => value ?? undefined));
   for (const list of ["channels", "textures", "programs", "pictures", "files"]) manifest[list] ??= [];
+  for (const picture of manifest.pictures) picture.drawings ??= [];
   if (manifest.segments) manifest.segments.name ??= "segments";
   for (const channel of manifest.channels) for (const list of ["levels", "transfer_functions"]) channel[list] ??= [];
   return manifest;
@@ -209,8 +210,12 @@ export function* contradictions(manifest, more) {
   }
   if (/** @type {any} */ (manifest).stages?.length) yield "it is sealed, but has records of stages";
   if (!manifest.grid || !manifest.render) yield "it is sealed without grid or render";
-  if (!channels.length || !textures.length || (!programs.length && profile.api !== "es1.1"))
-    yield "it is sealed without channels, textures or programs";
+  if (!channels.length || !textures.length || !pictures.length || (!programs.length && profile.api !== "es1.1"))
+    yield "it is sealed without channels, textures, pictures or programs";
+  for (const { name, drawings, pieces } of pictures) {
+    if (!drawings.length) yield `picture ${name} has no drawing`;
+    if (pieces && !manifest.subvolumes) yield `picture ${name} has pieces, and the package has no sub-volumes`;
+  }
   const uses = [
     ...textures.map((each) => [each.file, "texture"]),
     ...shadersOf(programs),

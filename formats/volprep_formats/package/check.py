@@ -100,7 +100,7 @@ def _errors(package: Package, *, strict: bool) -> Iterator[VolprepError]:
                 decode_histogram(package.read_bytes(record.path), f"{path}: {record.path}")
             elif record.path in meshes:
                 _check_mesh(package, meshes[record.path], package.read_bytes(record.path))
-            elif record.role == "grid":
+            elif manifest.subvolumes is not None and record.path == manifest.subvolumes.grid:
                 _check_grid(package, record.path, package.read_bytes(record.path), strict=strict)
             else:
                 package.read_start(record.path, 0)

@@ -207,7 +207,8 @@ class Heading(Record):
     profile: DeviceProfile
     """Class of devices that the package is for."""
     grid: Grid | None = None
-    """Voxels of level 0, whether or not the package holds it: the source without its empty border."""
+    """Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
+    cropped."""
     pictures: tuple[Picture, ...] = ()
     """Pictures that a user can choose, the default one first."""
     segments: Segments | None = None

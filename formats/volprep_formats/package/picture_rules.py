@@ -40,6 +40,8 @@ def _picture(manifest: Manifest, picture: Picture) -> Iterator[str]:
                 found.append(f"begins at the mesh {drawing.at_mesh.mesh}, which is not there")
         yield from (f"at level {drawing.level} {problem}" for problem in found)
     if picture.pieces is not None:
+        if manifest.subvolumes is None:
+            yield "has pieces, and the package has no sub-volumes"
         unknown = [name for name in picture.pieces.textures if name not in PIECES and name not in textures]
         yield from (f"in pieces names the texture {name}, which is not there" for name in unknown)
         found = [*_read(programs, picture.pieces.program, picture.pieces.textures)]

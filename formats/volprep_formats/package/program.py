@@ -96,7 +96,7 @@ class Uniform(Record):
     type: Literal["f32", "vec3f", "mat4x4f"]
     """Type: a number, three, or a matrix of 16, column by column."""
     source: UniformSource
-    """Source of its value; The specification lists the value of each source."""
+    """Source of its value; spec/README.md lists the value of each source."""
 
 
 class Sampler(Record):

@@ -55,14 +55,14 @@ def _unique(manifest: Manifest) -> Iterator[str]:
 
 def _files(manifest: Manifest) -> Iterator[str]:
     """Check that each file that is used is there, with the role of its use."""
-    used: dict[str, str] = {texture.file: "texture" for texture in manifest.textures}
-    used |= {path: "shader" for program in manifest.programs for path in program.shaders}
+    used = {(texture.file, "texture") for texture in manifest.textures}
+    used |= {(path, "shader") for program in manifest.programs for path in program.shaders}
     for part in PARTS:
-        used |= part.files(manifest)
+        used |= part.files(manifest).items()
     if manifest.preview is not None:
-        used[manifest.preview] = "preview"
+        used.add((manifest.preview, "preview"))
     roles = {record.path: record.role for record in manifest.files}
-    for path, role in sorted(used.items()):
+    for path, role in sorted(used):
         if path not in roles:
             yield f"{path} is used as a {role}, but is not among the files"
         elif roles[path] != role:

@@ -120,7 +120,7 @@ class Texture(TextureContent):
     """KTX 2 file. If the format is palette8-rgba8unorm, which KTX 2 cannot hold: the bytes for
     glCompressedTexImage2D."""
     format: Annotated[str, open_word(*get_args(TextureFormat))]
-    """Format of a texel; SPEC.md has the constants of OpenGL ES."""
+    """Format of a texel; spec/README.md has the constants of OpenGL ES."""
     dimension: Dimension
     """Dimension: 2d or 3d."""
     bricks: BrickLayout | None = None

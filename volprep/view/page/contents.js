@@ -1,4 +1,5 @@
 /** Contents of the package: parts, omitted items with the reasons, and sizes. */
+import { drawingOf } from "../runtime/drawing.js";
 import { make } from "./dom.js";
 import { bytes, voxels } from "./numbers.js";
 
@@ -25,8 +26,8 @@ export function contents(manifest) {
       "Levels",
       manifest.channels[0].levels
         .map((/** @type {any} */ each) => {
-          const drawing = manifest.pictures[0].drawings.find((/** @type {any} */ own) => own.level === each.index);
-          return `${voxels(each.grid.shape_zyx)}${drawing?.preview_only ? " (for previews)" : ""}`;
+          const use = drawingOf(manifest, each.index)?.preview_only ? " (for previews)" : "";
+          return `${voxels(each.grid.shape_zyx)}${use}`;
         })
         .join(", "),
     ],

@@ -1,4 +1,5 @@
 /** Lends the renderer of a stage to a measurement, which draws off the screen; the picture stands still meanwhile. */
+import { drawingOf } from "../runtime/drawing.js";
 import { showProblem } from "./problems.js";
 
 /** @typedef {import("../runtime/stage.js").Stage} Stage */
@@ -80,19 +81,11 @@ function benchOf({ renderer, gl }, targets, resize) {
 }
 
 /** Technique, and format of the voxels of a level. @param {any} manifest @param {string} transfer @param {number} level */
-function form({ pictures, programs, channels, textures }, transfer, level) {
-  const picture = pictures.find((/** @type {any} */ each) => each.name === transfer);
-  const drawing = picture?.drawings.find((/** @type {any} */ each) => each.level === level);
-  const program = programs.find((/** @type {any} */ each) => each.name === drawing?.program);
-  const channel = channels.find((/** @type {any} */ each) =>
-    each.transfer_functions.some((/** @type {any} */ own) => own.name === transfer),
-  );
-  const voxels = textures.filter(
-    (/** @type {any} */ each) =>
-      ["volume", "slices"].includes(each.role) &&
-      (each.level ?? 0) === level &&
-      (!channel || !each.channels?.length || each.channels.includes(channel.name)) &&
-      (each.transfer ?? transfer) === transfer,
+function form(manifest, transfer, level) {
+  const drawing = drawingOf(manifest, level, transfer);
+  const program = manifest.programs.find((/** @type {any} */ each) => each.name === drawing?.program);
+  const voxels = manifest.textures.filter(
+    (/** @type {any} */ each) => drawing?.textures.includes(each.name) && ["volume", "slices"].includes(each.role),
   );
   const told = voxels.map((/** @type {any} */ each) => {
     const { format, dimension, bricks, role } = each;

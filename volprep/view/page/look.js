@@ -1,4 +1,5 @@
 /** Choices of the picture: function, level, step, background. */
+import { drawingOf } from "../runtime/drawing.js";
 import { byId, make } from "./dom.js";
 import { isColour } from "./editor.js";
 import { bytes, number, voxels } from "./numbers.js";
@@ -111,18 +112,8 @@ function named(manifest, name) {
 /** @param {any} manifest @param {number} index */
 function levelText(manifest, index) {
   const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
-  const files = new Set(
-    manifest.textures
-      .filter(
-        (/** @type {any} */ each) =>
-          each.level === index && ["volume", "bricks", "normals", "labels"].includes(each.role),
-      )
-      .map((/** @type {any} */ each) => each.file),
-  );
-  const size = manifest.files
-    .filter((/** @type {any} */ each) => files.has(each.path))
-    .reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
-  const drawing = manifest.pictures[0].drawings.find((/** @type {any} */ each) => each.level === index);
+  const drawing = drawingOf(manifest, index);
+  const size = drawing ? `, ${bytes(drawing.cost.upload_bytes)}` : "";
   const use = drawing?.preview_only ? ", for previews" : "";
-  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}, ${bytes(size)}${use}`;
+  return `${index}${index === 0 ? " (finest)" : ""}: ${voxels(level.grid.shape_zyx)}${size}${use}`;
 }

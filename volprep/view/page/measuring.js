@@ -2,6 +2,7 @@
  * The measurement: nine views and a sweep of steps and levels, drawn here, read back, compared with the truth, timed.
  * Pictures come first, then times, so that a device that must stop early has reported its errors before its speed.
  */
+import { drawingOf } from "../runtime/drawing.js";
 import { errorOf, truthPicture } from "./compare.js";
 import { deviceNames } from "./device.js";
 import { file, json } from "./files.js";
@@ -221,11 +222,9 @@ class Run {
   #levels({ transfer, level, points }) {
     const { bench } = this;
     return [...new Set([level, ...points.map((each) => each.level)])].map((index) => {
-      const { cost } = bench.manifest.pictures
-        .find((/** @type {any} */ each) => each.name === transfer)
-        .drawings.find((/** @type {any} */ each) => each.level === index);
       const form = bench.form(transfer, index).slice(0, 300);
-      return { level: index, form, upload_bytes: cost.upload_bytes, gpu_bytes: cost.gpu_bytes };
+      const cost = drawingOf(bench.manifest, index, transfer)?.cost;
+      return { level: index, form, upload_bytes: cost?.upload_bytes, gpu_bytes: cost?.gpu_bytes };
     });
   }
 
@@ -257,8 +256,7 @@ class Run {
 
   /** The package's own step at the level of a program. @param {TruthProgram} program */
   #stepOf({ transfer, level }) {
-    const picture = this.bench.manifest.pictures.find((/** @type {any} */ each) => each.name === transfer);
-    return picture.drawings.find((/** @type {any} */ each) => each.level === level).step_mm;
+    return drawingOf(this.bench.manifest, level, transfer)?.step_mm;
   }
 
   /** @param {number[]} matrix @param {number} step */

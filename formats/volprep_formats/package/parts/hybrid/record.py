@@ -13,7 +13,7 @@ OverlayName = Literal["enlarged", "lines"]
 
 
 class ShaderPair(Record):
-    """A vertex and a fragment shader. The specification lists their attributes and uniforms."""
+    """A vertex and a fragment shader. spec/hybrid.md lists their attributes and uniforms."""
 
     vertex: PackagePath
     """Vertex shader."""

@@ -98,7 +98,7 @@ class SubvolumeGrid(Record):
     shape_zyx: tuple[Count, Count, Count]
     """Number of voxels of level 0 along each axis."""
     size: Annotated[int, Field(ge=2, le=LONGEST_AXIS)]
-    """Largest number of voxels of a piece along an axis, the shared ones included."""
+    """Largest number of voxels of a piece along an axis, shared and ghost ones included."""
     cuts_zyx: tuple[Cuts, Cuts, Cuts]
     """For each axis: the voxels where the level is cut, from 0 to the last voxel. Piece i holds the voxels cuts[i] to
     cuts[i + 1], both included, so neighbours share one layer."""
@@ -120,7 +120,8 @@ class SubvolumeGrid(Record):
     subvolumes: tuple[Subvolume, ...]
     """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
     points: tuple[GridPoint, ...]
-    """Number of points: one more than pieces along each axis. Point i along an axis lies on the voxel cuts[i]."""
+    """The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on the voxel
+    cuts[i]."""
     view: ViewThresholds
     """Conversion of the direction of view to a move."""
 
