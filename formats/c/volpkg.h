@@ -656,8 +656,7 @@ typedef struct volpkg_light_model {
        scatter as grey of their luminance. */
     volpkg_light_channels channels;
     /* Whether textures hold the light of four environments, so that an app may turn the light around the volume and
-       change its colours. Suns are then spread over the sky, brightest towards them, and the surroundings keep their
-       colours. */
+       change its colours. Suns are then spread over the sky, brightest towards them; the surroundings keep theirs. */
     int32_t turnable;
     /* Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light. */
     double sky[3];
@@ -990,8 +989,8 @@ typedef struct volpkg_subvolume_grid {
     const char* whole;
     /* The pieces. Number i + nx * (j + ny * k) is piece i along x, j along y, k along z. */
     VOLPKG_LIST(volpkg_piece) subvolumes;
-    /* The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on the
-       voxel cuts[i]. */
+    /* The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on voxel
+       cuts[i]. */
     VOLPKG_LIST(volpkg_grid_point) points;
     /* Conversion of the direction of view to a move. */
     volpkg_view_thresholds view;

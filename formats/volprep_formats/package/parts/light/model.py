@@ -44,7 +44,7 @@ class LightModel(Record):
     scatter as grey of their luminance."""
     turnable: bool = False
     """Whether textures hold the light of four environments, so that an app may turn the light around the volume and
-    change its colours. Suns are then spread over the sky, brightest towards them, and the surroundings keep their colours."""
+    change its colours. Suns are then spread over the sky, brightest towards them; the surroundings keep theirs."""
     sky: LightColour = (1.0, 1.0, 1.0)
     """Linear RGB of the light from above, the patient's head; a place under a whole sky of it has this light."""
     ground: LightColour = (1.0, 1.0, 1.0)

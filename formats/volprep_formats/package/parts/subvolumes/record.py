@@ -120,7 +120,7 @@ class SubvolumeGrid(Record):
     subvolumes: tuple[Subvolume, ...]
     """The pieces. Number i + nx · (j + ny · k) is piece i along x, j along y, k along z."""
     points: tuple[GridPoint, ...]
-    """The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on the voxel
+    """The points, one more than pieces along each axis, x first, then y, then z. Point i along an axis lies on voxel
     cuts[i]."""
     view: ViewThresholds
     """Conversion of the direction of view to a move."""
