@@ -15,6 +15,7 @@ from foreign_scans import SCENES, blobs
 from oracle_views import HILLS, LIGHT, MIDDLE, views
 from sample_report import report_of
 
+from volprep.parts.normals.gradient import gradients
 from volprep.scan.repair import open_scan
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
@@ -29,6 +30,7 @@ from volprep.validation.witness.independent.scene import WitnessedScene, read_sc
 from volprep.validation.witness.independent.sources import read_scan
 from volprep.validation.witness.read_checks import box_of, check_cameras, check_function, check_voxels
 from volprep.validation.witness.step_checks import check_steps
+from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.progress import Silent
 from volprep_formats.source import SourceSpec
@@ -317,6 +319,22 @@ def test_normals_that_ignore_the_spacing_are_seen(monkeypatch, spacing, agrees) 
     monkeypatch.setattr(data_checks, "read_texture", lambda path, name: texels)
     texture = {"name": "normals", "file": "normals", "normals": {"code": "biased8", "kernel": "sobel"}}
     assert data_checks.check_normals(Path(), texture, scan, 4.0).passed == agrees
+
+
+@pytest.mark.parametrize("kernel", ["forward", "central", "thesis", "sobel", "isotropic"])
+def test_normals_of_the_border_are_those_of_the_package(kernel) -> None:
+    """Where a box cuts matter, a difference has one side: a slope across the border must not count half."""
+    stored = np.random.default_rng(5).integers(0, 4000, (5, 6, 7)).astype(np.uint16)
+    scan = WitnessedScan(stored, 1.0, 0.0, np.diag([1.0, 1.4, 3.0, 1.0]), "test")
+    grid = Grid.of(stored.shape, (3.0, 1.4, 1.0))
+    expected = gradients(stored, grid, kernel)
+    expected /= np.linalg.norm(expected, axis=-1, keepdims=True)
+    np.testing.assert_allclose(normals(scan, kernel), expected, atol=1e-5)
+
+
+def test_normals_of_one_slice_lie_in_it() -> None:
+    scan = WitnessedScan(np.random.default_rng(6).random((1, 6, 7)), 1.0, 0.0, np.eye(4), "test")
+    assert not normals(scan, "forward")[..., 2].any()
 
 
 @pytest.mark.parametrize(("offset", "agrees"), [(0.0, True), (0.02, False)])

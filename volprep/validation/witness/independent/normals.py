@@ -39,9 +39,9 @@ def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:
     """Return unit vectors along the gradient of each voxel, [z, y, x, (x, y, z)]; 0 where it has none."""
     if scan.stored.size > MOST_VOXELS:
         raise CannotWitnessError(f"normals of {scan.stored.size} voxels: {MOST_VOXELS} at most")
-    padded = np.pad(np.asarray(scan.stored, dtype=np.float32), 1, mode="edge")
+    stored = np.asarray(scan.stored, dtype=np.float32)
     spacing = np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
-    vectors = np.stack([_difference(padded, 2 - axis, kernel) / spacing[axis] for axis in range(3)], axis=-1)
+    vectors = np.stack([_difference(stored, 2 - axis, kernel) / spacing[axis] for axis in range(3)], axis=-1)
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     unit: NDArray[np.float32] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
     return unit
@@ -65,8 +65,15 @@ def slopes(scan: WitnessedScan, kernel: str, window: tuple[float, float]) -> NDA
     return found
 
 
-def _difference(padded: NDArray[np.float32], axis: int, kernel: str) -> NDArray[np.float32]:
-    """Return differences along an axis of an array with a border of one voxel, smoothed across, without the border."""
+def _difference(stored: NDArray[np.float32], axis: int, kernel: str) -> NDArray[np.float32]:
+    """Return differences along an axis, smoothed across.
+
+    Beyond the border values go on as straight lines along the axis, so that differences there have one side and are as
+    long as others. Across the axis they stay as they are.
+    """
+    border = [(int(each == axis),) * 2 for each in range(3)]
+    across = [(int(each != axis),) * 2 for each in range(3)]
+    padded = np.pad(np.pad(stored, across, mode="edge"), border, mode="reflect", reflect_type="odd")
 
     def part(offsets: dict[int, int]) -> NDArray[Any]:
         return padded[
@@ -74,17 +81,10 @@ def _difference(padded: NDArray[np.float32], axis: int, kernel: str) -> NDArray[
         ]
 
     if kernel in {"forward", "central"}:
-        back = 0 if kernel == "forward" else -1
-        found = part({axis: 1}) - part({axis: back})
-        if kernel == "forward":
-            # The last voxel looks back.
-            last = [slice(None)] * 3
-            last[axis] = slice(-1, None)
-            found[tuple(last)] = (part({}) - part({axis: -1}))[tuple(last)]
-        return np.asarray(found)
+        return np.asarray(part({axis: 1}) - part({axis: 0 if kernel == "forward" else -1}))
     (middle, edge), (_, corner) = _ACROSS[kernel]
     one, other = (each for each in range(3) if each != axis)
-    total = np.zeros(part({}).shape, np.float32)
+    total = np.zeros(stored.shape, np.float32)
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):
             weight = (middle, edge, corner)[abs(i) + abs(j)]
