@@ -108,6 +108,14 @@ def test_a_level_keeps_less_than_box_means_only_if_it_does_for_certain() -> None
     assert is_worse(level_view(seen(0.03, flip=0.1, kept=0.2, within=0.07), box), finest)
 
 
+def test_no_level_keeps_less_of_a_thing_that_box_means_have_lost() -> None:
+    """Light below 0 is that of surroundings which have become brighter than a dark thing: it says how bright."""
+    finest = seen(0.0, flip=0.0)
+    assert not is_worse(level_view(seen(0.03, flip=0.1, kept=-1.8), seen(0.03, flip=0.1, kept=-0.75)), finest)
+    assert not is_worse(level_view(seen(0.03, flip=0.1, kept=-1.8), seen(0.03, flip=0.1, kept=0.04)), finest)
+    assert is_worse(level_view(seen(0.03, flip=0.1, kept=-1.8), seen(0.03, flip=0.1, kept=0.06)), finest)
+
+
 def test_a_level_may_be_for_previews_only_if_box_means_are_beyond_the_tolerance() -> None:
     assert may_be_preview([seen(0.005), seen(0.02)], LIMITS)
     assert may_be_preview([seen(0.005, kept=0.5)], LIMITS)

@@ -143,10 +143,11 @@ def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
 
 
 def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumbers) -> bool:
+    """Return whether a level keeps less light; nothing is less than what is lost altogether."""
     if level is None or box is None or level.kept_light_at_most is None or box.kept_light is None:
         return False
-    lost = max(_lost(finest), 0.0)
-    return min(level.kept_light_at_most, 1.0) < min(box.kept_light, 1.0) - lost - _ROUNDING_KEPT
+    kept, of_box = (min(max(each, 0.0), 1.0) for each in (level.kept_light_at_most, box.kept_light))
+    return kept < of_box - max(_lost(finest), 0.0) - _ROUNDING_KEPT
 
 
 def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
