@@ -5809,18 +5809,30 @@ static void volpkg__look_of_label(const volpkg_package* p, const volpkg_segment_
         for (k = 0; k < 3; ++k) sum[k] += each->tint[k];
         if (each->opacity > look[3]) look[3] = each->opacity;
     }
-    for (k = 0; k < 3; ++k) look[k] = shown ? sqrt(sum[k] / shown) : 1;
+    for (k = 0; k < 3; ++k) look[k] = shown ? sum[k] / shown : 1;
 }
 
-/* The texels of the table of looks. */
-static void volpkg__write_looks(const volpkg_package* p, const volpkg_look* looks, size_t bytes,
+/* Bytes of a number in the table of looks, 0 if its texels are of another kind: manifests may lie. */
+static int volpkg__look_bytes(const volpkg_texture* t) {
+    int bytes = t->gl.type == 0x1401 ? 1 : t->gl.type == 0x140B ? 2 : 0;
+    return t->texel_bytes == (int64_t)4 * bytes * t->shape_zyx[1] * t->shape_zyx[2] ? bytes : 0;
+}
+
+/* The texels of the table of looks: square roots, as bytes or half floats. */
+static void volpkg__write_looks(const volpkg_package* p, const volpkg_look* looks, const volpkg_texture* t,
                                 unsigned char* texels) {
+    size_t bytes = (size_t)volpkg__look_bytes(t), at = 0;
     int32_t i, k;
-    memset(texels, 0, bytes);
-    for (i = 0; i < p->segments->labels.count && 4 * (size_t)i + 4 <= bytes; ++i) {
+    memset(texels, 0, (size_t)t->texel_bytes);
+    for (i = 0; i < p->segments->labels.count && at + 4 * bytes <= (size_t)t->texel_bytes; ++i) {
         double look[4];
         volpkg__look_of_label(p, &p->segments->labels.at[i], looks, look);
-        for (k = 0; k < 4; ++k) texels[4 * (size_t)i + (size_t)k] = (unsigned char)(255 * look[k] + 0.5);
+        for (k = 0; k < 4; ++k, at += bytes) {
+            double root = sqrt(look[k]);
+            uint16_t code = bytes == 2 ? volpkg__to_half(root) : (uint16_t)(255 * root + 0.5);
+            texels[at] = (unsigned char)code;
+            if (bytes == 2) texels[at + 1] = (unsigned char)(code >> 8);
+        }
     }
 }
 
@@ -7335,15 +7347,18 @@ static const volpkg_texture* volpkg__label_sets_of(const volpkg_package* p, cons
 
 /* Mark the blocks with a visible label; `seen` has room for a byte of each set. Labels and sets that a package does
    not list count as visible. */
-static void volpkg__show_blocks(const volpkg_skip_table* skip, const volpkg_texture* sets, const unsigned char* looks,
+static void volpkg__show_blocks(const volpkg_skip_table* skip, const volpkg_texture* sets, const volpkg_texture* looks,
                                 int32_t labels, unsigned char* seen, unsigned char* occupied) {
-    const unsigned char* list = (const unsigned char*)sets->texels;
+    const unsigned char *list = (const unsigned char*)sets->texels, *table = (const unsigned char*)looks->texels;
+    size_t bytes = (size_t)volpkg__look_bytes(looks);
     size_t blocks = volpkg__block_count(skip), numbers = (size_t)sets->texel_bytes / 2, count = 1, i;
     unsigned char shown = 0;
     seen[0] = 0;
     for (i = blocks; i < numbers; ++i) {
         uint32_t number = volpkg__u16(list + 2 * i), label = number & 0x7FFF;
-        shown |= label >= (uint32_t)labels || looks[4 * label + 3] > 0;
+        size_t opacity = bytes * (4 * (size_t)label + 3);
+        shown |= label >= (uint32_t)labels || opacity + bytes > (size_t)looks->texel_bytes || table[opacity] ||
+                 table[opacity + bytes - 1];
         if (number < 0x8000) continue;
         seen[count++] = shown;
         shown = 0;
@@ -7379,9 +7394,7 @@ volpkg_code volpkg_set_looks(volpkg_drawing* drawing, const volpkg_look* looks, 
     int32_t unit, i;
     for (unit = 0; unit < drawing->units; ++unit)
         if (drawing->textures[unit].role == VOLPKG_ROLE_LOOKS) table = &drawing->textures[unit];
-    if (p->segments == NULL || table == NULL ||
-        table->texel_bytes != (int64_t)4 * table->shape_zyx[1] * table->shape_zyx[2])
-        return VOLPKG_BAD_ARGUMENT;
+    if (p->segments == NULL || table == NULL || !volpkg__look_bytes(table)) return VOLPKG_BAD_ARGUMENT;
     for (i = 0; i < p->segments->segments.count; ++i)
         if (!volpkg__is_share(looks[i].opacity) || !volpkg__is_share(looks[i].tint[0]) ||
             !volpkg__is_share(looks[i].tint[1]) || !volpkg__is_share(looks[i].tint[2]))
@@ -7392,15 +7405,14 @@ volpkg_code volpkg_set_looks(volpkg_drawing* drawing, const volpkg_look* looks, 
     for (unit = 0; unit < drawing->units; ++unit) {
         volpkg_texture* t = &drawing->textures[unit];
         if (t->role != VOLPKG_ROLE_LOOKS) continue;
-        volpkg__write_looks(p, looks, (size_t)t->texel_bytes, (unsigned char*)texels[unit]);
+        volpkg__write_looks(p, looks, t, (unsigned char*)texels[unit]);
         t->texels = texels[unit];
     }
     if (sets == NULL) return VOLPKG_OK;
     for (unit = 0; unit < drawing->units; ++unit)
         if (drawing->textures[unit].role == VOLPKG_ROLE_SKIP && !volpkg__is_editable(&drawing->textures[unit]))
             return VOLPKG_BAD_ARGUMENT;
-    volpkg__show_blocks(drawing->skip, sets, (const unsigned char*)table->texels, p->segments->labels.count, seen,
-                        scratch.occupied);
+    volpkg__show_blocks(drawing->skip, sets, table, p->segments->labels.count, seen, scratch.occupied);
     volpkg__renew_skip(drawing, &scratch, texels);
     return VOLPKG_OK;
 }

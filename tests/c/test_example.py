@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 from every_kind import single_file
+from looked import look_table
 from scene_builds import built
 from slice_packages import missing_es11, slice_package
 from tamper_scenes import write_kind
@@ -158,8 +159,8 @@ def test_a_hidden_segment_is_not_drawn(drawn, packages):
         segments = package.manifest.segments
         first = segments.segments[0].model_copy(update={"visible": False})
         changed = segments.model_copy(update={"segments": (first, *segments.segments[1:])})
-        table = next(texture.name for texture in inputs.textures if texture.role == "looks")
-        return replace(inputs, texels={table: look_texels(looks(changed))})
+        table = look_table(package)
+        return replace(inputs, texels={table.name: look_texels(looks(changed), table.format)})
 
     package = Package.open(packages["segments"])
     found, shown, _ = drawn(packages["segments"], "anterior", hide=package.manifest.segments.segments[0].name)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 from every_kind import single_file
-from looked import texels_with_hidden
-from segment_scan import built, write_segments
+from looked import look_table, texels_with_hidden
+from segment_scan import DENSE_INSIDE, FAINT_STYLES, built, write_segments
 
 from .conftest import SANITIZERS, compiled, output, told
 
@@ -16,11 +16,16 @@ def look_program(tmp_path_factory) -> Path:
     return compiled(tmp_path_factory.mktemp("looks") / "looks", source, *SANITIZERS)
 
 
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("profile", ["gles3", "gles2-2048"])
-def test_rays_skip_the_blocks_of_hidden_segments(profile, look_program, tmp_path: Path):
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize(
+    ("profile", "texel"), [("gles3", "rgba16float"), ("gles3", "rgba8unorm"), ("gles2-2048", "rgba8unorm")]
+)
+def test_rays_skip_the_blocks_of_hidden_segments(profile, texel, look_program, tmp_path: Path):
     change = {"skip": {"kind": "distance", "block": 2}}
-    package = built(write_segments(tmp_path), "p", profile, change, outside_opacity=0.0)
+    faint = {"style": FAINT_STYLES} if texel == "rgba16float" else {}
+    change |= {"transfer": DENSE_INSIDE} if faint else {}
+    package = built(write_segments(tmp_path), "p", profile, change, outside_opacity=0.0, **faint)
+    assert look_table(package).format == texel
     file = single_file(package.path)
     names = [each.name for each in package.manifest.segments.segments]
     for hidden in (names[:1], names[1:], names):

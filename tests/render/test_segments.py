@@ -9,7 +9,18 @@ import numpy as np
 import pytest
 from judged import validate
 from scene_builds import view_of
-from segment_scan import AFFINE, INSIDE, SOFT, built, drawn, scene_of, truth, write_segments
+from segment_scan import (
+    AFFINE,
+    DENSE_INSIDE,
+    FAINT_STYLES,
+    INSIDE,
+    SOFT,
+    built,
+    drawn,
+    scene_of,
+    truth,
+    write_segments,
+)
 
 from volprep.parts.segments import stage
 from volprep.parts.segments.level_labels import coarse_labels
@@ -37,9 +48,19 @@ def mixed(folder) -> Package:
 @pytest.mark.parametrize("view", ["anterior-left", "superior"])
 def test_mixed_borders_are_those_of_the_oracle(folder, mixed, view):
     picture = drawn(mixed, view)
-    # Looks have 8 bits, tables 256 entries, and the step is a quarter of a voxel.
+    # Tables have 256 entries, and the step is a quarter of a voxel.
     assert np.abs(picture - truth(folder, mixed, view)).max() < 0.004
     assert picture[..., 3].max() > 0.5
+
+
+@pytest.mark.parametrize(("profile", "most"), [("gles3", 0.001), ("gles2-4096", 0.0035)])
+def test_faint_segments_are_as_opaque_as_the_scene_says_or_the_build_says_how_far_off(folder, profile, most):
+    change = {"transfer": DENSE_INSIDE, "render": {"step_voxels": 0.0625, "opacity_cutoff": 1.0}}
+    package = built(folder, f"faint-{profile}", profile, change, outside_opacity=0.0, style=FAINT_STYLES)
+    off = np.abs(drawn(package) - truth(folder, package)).max()
+    assert off < most
+    (said,) = [item.reason for item in package.manifest.plan if item.name == "opacities of segments"] or [""]
+    assert ("off by 0.0035" in said) == (off > 0.0025)
 
 
 @pytest.mark.parametrize(("step_voxels", "samples"), [(0.0625, 4), (0.125, 2), (0.25, 2), (0.3, 1)])
@@ -251,6 +272,8 @@ def test_the_package_is_sound_and_holds_one_byte_more_for_each_voxel(mixed):
     assert textures["labels"].format == "r8unorm"
     assert textures["labels"].shape_zyx == textures["volume"].shape_zyx
     assert textures["looks"].shape_zyx == (1, 1, 256)
+    # Half floats are for opacities that bytes round too much: they draw more slowly.
+    assert textures["looks"].format == "rgba8unorm"
 
 
 def test_what_only_segments_show_is_cropped_to_them_and_skipped_where_there_are_none(folder):

@@ -8,6 +8,7 @@ from volprep_formats.package.parts.segments.label_sets import shown_blocks_of
 from volprep_formats.package.parts.segments.record import Segments, looks
 from volprep_formats.package.parts.segments.texels import look_texels, visible_labels
 from volprep_formats.package.reader import Package
+from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 
 
@@ -17,10 +18,16 @@ def texels_with_hidden(package: Package, level: int, *hidden: str) -> dict[str, 
     changed = tuple(each.model_copy(update={"visible": each.name not in hidden}) for each in segments.segments)
     segments = segments.model_copy(update={"segments": changed})
     names = {each.role: each.name for each in package.manifest.textures if each.level in {None, level}}
+    table = look_table(package)
     return {
-        names["looks"]: look_texels(looks(segments)).tobytes(),
+        table.name: look_texels(looks(segments), table.format).tobytes(),
         names["skip"]: skip_texels(package, segments, level).tobytes(),
     }
+
+
+def look_table(package: Package) -> Texture:
+    """Return the table of looks."""
+    return next(each for each in package.manifest.textures if each.role == "looks")
 
 
 def skip_texels(package: Package, segments: Segments, level: int) -> np.ndarray:
@@ -29,7 +36,8 @@ def skip_texels(package: Package, segments: Segments, level: int) -> np.ndarray:
     textures = {each.role: each for each in manifest.textures if each.level == level}
     record = next(each for each in manifest.skipping.tables if each.level == level)
     sets = ktx2.decode(package.read_bytes(textures["label-sets"].file), "sets").data
-    shown = shown_blocks_of(sets, int(np.prod(record.blocks_zyx)), visible_labels(looks(segments)))
+    visible = visible_labels(looks(segments), look_table(package).format)
+    shown = shown_blocks_of(sets, int(np.prod(record.blocks_zyx)), visible)
     occupied = shown.reshape(record.blocks_zyx)
     entries = skip_table(occupied, record.kind)
     layout = textures["skip"].mosaic

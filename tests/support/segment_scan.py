@@ -25,6 +25,10 @@ SOFT = {"value": 0.0, "colour": "#808080", "extinction_per_mm": 0.01}
 DENSE = {"value": 255.0, "colour": "#ffffff", "extinction_per_mm": 0.2}
 INSIDE = [{"value": 0.0, "colour": "#c0c0c0", "extinction_per_mm": 0.08}, DENSE]
 
+FAINT_STYLES = [{"labels": [1], "opacity": 0.0055}, {"labels": [2], "opacity": 0.02}]
+"""Opacities that bytes round too much in matter as dense as this."""
+DENSE_INSIDE = [{"name": "inside", "points": [{"value": 0.0, "colour": "#c0c0c0", "extinction_per_mm": 10.0}]}]
+
 
 def scene_of(folder: Path, coarsest: int = 48, **segments: object) -> Scene:
     table: dict = {

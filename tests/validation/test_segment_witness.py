@@ -86,10 +86,10 @@ def write(folder: Path, name: str, form: str, texels: np.ndarray, dimensions: in
     return {"name": name, "file": name, "role": name, "level": 0, "shape_zyx": list(shape)}
 
 
-@pytest.fixture(scope="module")
-def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
+@pytest.fixture(scope="module", params=["rgba16float", "rgba8unorm"])
+def package(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Package:
     """Labels and looks of a package, its manifest, and the scene."""
-    folder = tmp_path_factory.mktemp("segments")
+    folder, form = tmp_path_factory.mktemp("segments"), request.param
     (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
     nibabel.save(nibabel.Nifti1Image(LABELS.astype(np.uint8).T, np.diag([-0.5, -0.8, 2.0, 1.0])), folder / "labels.nii")
     grid = {
@@ -103,7 +103,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
         "channels": [{"levels": [{"grid": grid}]}],
         "textures": [
             write(folder, "labels", "r8unorm", label_texels(HELD, flagged(HELD, None), wide=False), 3),
-            write(folder, "looks", "rgba8unorm", look_texels(looks(record())), 2),
+            write(folder, "looks", form, look_texels(looks(record()), form), 2),
         ],
     }
     return folder, manifest, read_scene(folder, folder / "scene.toml", folder)

@@ -20,7 +20,7 @@ from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
-from volprep_formats.textures.texel_formats import TextureFormat
+from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat
 
 
 class BlockTexturePlan(TextureContent):
@@ -292,6 +292,8 @@ class SegmentsPlan(Segments):
     """One for each level."""
     looks: PackagePath
     """KTX 2 file of the table of looks."""
+    look_format: LookupFormat
+    """Format of the table of looks."""
     programs: tuple[ProgramDesign, ...]
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from volprep.plan.records import VolumePlan
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
+from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat, size_bytes
 
 _ONE_CHANNEL: dict[int, TextureFormat] = {8: "r8unorm", 16: "r16float", 32: "rgba8unorm"}
 """Format of one code in a texel, by the bits of a code; 32 bits hold a classified voxel."""
@@ -43,6 +43,11 @@ def one_channel(bits: int, profile: DeviceProfile) -> TextureFormat | None:
 def if_held(texel: TextureFormat, profile: DeviceProfile) -> TextureFormat | None:
     """Return a format if a device class has it, otherwise None."""
     return texel if texel in profile.texture_formats else None
+
+
+def lookup_format(profile: DeviceProfile) -> LookupFormat:
+    """Return the format of tables of colours and opacities of a device class."""
+    return "rgba16float" if "rgba16float" in profile.texture_formats else "rgba8unorm"
 
 
 def texture_bytes(volume: VolumePlan) -> int:

@@ -10,7 +10,7 @@ from volprep.truth.labelled import Border, Labelled, labelled_picture, tinted
 from volprep.truth.labelled_values import OneValue, labelled_value_picture
 from volprep.truth.oracle import OraclePicture
 from volprep.truth.volume import Volume
-from volprep_formats.arrays import Float64Array, UInt8Array
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.parts.segments.texels import looks_of_texels
 from volprep_formats.package.program import CompositingName
 from volprep_formats.package.reader import Package
@@ -37,8 +37,8 @@ def parted(voxels: NDArray[np.generic]) -> tuple[NDArray[np.generic], NDArray[np
 def held_looks(package: Package) -> Sequence[Look]:
     """Decode the looks of the labels of a package."""
     file = next(each.file for each in package.manifest.textures if each.role == "looks")
-    texels: UInt8Array = np.asarray(ktx2.decode(package.read_bytes(file), file).data, np.uint8)
-    return [(red, green, blue, opacity) for red, green, blue, opacity in looks_of_texels(texels).tolist()]
+    held = looks_of_texels(ktx2.decode(package.read_bytes(file), file).data)
+    return [(red, green, blue, opacity) for red, green, blue, opacity in held.tolist()]
 
 
 def labelled_as(

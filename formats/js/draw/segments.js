@@ -2,6 +2,7 @@
 import { VolpkgError } from "../core/messages.js";
 import { texelsOf } from "../net/kept_files.js";
 import { skipEntries } from "../edit/skip.js";
+import { toHalf } from "../gl/halves.js";
 
 /** @typedef {import("../core/drawing.js").Choice} Choice */
 /** @typedef {import("../core/package.js").Package} Package */
@@ -49,9 +50,11 @@ export class Segments {
     this.#now.set(name, { ...before, ...look, ...(look?.tint && { tint: /** @type {any} */ ([...look.tint]) }) });
   }
 
-  /** Texels of the table of looks. @param {Texture} texture */
-  texels({ shape_zyx: [, rows, columns] }) {
-    const texels = new Uint8Array(4 * rows * columns);
+  /** Codes of the table of looks: square roots, as bytes or half floats. @param {Texture} texture */
+  codes({ format, shape_zyx: [, rows, columns] }) {
+    const half = format === "rgba16float";
+    const codes = new (half ? Uint16Array : Uint8Array)(4 * rows * columns);
+    const code = (/** @type {number} */ root) => (half ? toHalf(root) : Math.round(255 * root));
     this.#record.labels.forEach(({ segments = [] }, label) => {
       const shown = segments
         .map((name) => /** @type {Segment} */ (this.#now.get(name)))
@@ -59,13 +62,14 @@ export class Segments {
       const mean = (/** @type {number} */ c) =>
         shown.reduce((sum, { tint = [1, 1, 1] }) => sum + tint[c], 0) / shown.length;
       const inside = shown.length ? Math.max(...shown.map(({ opacity = 1 }) => opacity)) : 0;
-      const look = [0, 1, 2].map((c) => Math.sqrt(shown.length ? mean(c) : 1));
-      texels.set(
-        [...look, segments.length ? inside : (this.#record.outside ?? 1)].map((each) => Math.round(255 * each)),
+      const tint = [0, 1, 2].map((c) => (shown.length ? mean(c) : 1));
+      const opacity = segments.length ? inside : (this.#record.outside ?? 1);
+      codes.set(
+        [...tint, opacity].map((each) => code(Math.sqrt(each))),
         4 * label,
       );
     });
-    return texels;
+    return codes;
   }
 
   /**
@@ -76,8 +80,8 @@ export class Segments {
     const { level, textures } = choice;
     const table = textures.find(({ role }) => role === "looks");
     if (!table) return choice;
-    const looks = this.texels(table);
-    const texels = Object.assign(Object.create(null), choice.texels, { [table.name]: looks });
+    const looks = this.codes(table);
+    const texels = Object.assign(Object.create(null), choice.texels, { [table.name]: new Uint8Array(looks.buffer) });
     const skip = textures.find(({ role }) => role === "skip");
     const sets = pack.manifest.textures.find((each) => each.role === "label-sets" && each.level === level.index);
     const record = pack.manifest.skipping?.tables?.find((each) => each.texture === skip?.name);
@@ -98,7 +102,7 @@ export class Segments {
 
 /**
  * 1 for each block with a visible label. Labels and sets that a package does not list count as visible.
- * @param {Uint8Array} texels of the labels of blocks @param {number} blocks @param {Uint8Array} looks texels
+ * @param {Uint8Array} texels of the labels of blocks @param {number} blocks @param {Uint8Array | Uint16Array} looks codes
  */
 function shownBlocks(texels, blocks, looks) {
   const list = new Uint16Array(texels.buffer, texels.byteOffset, texels.length / 2);

@@ -18,6 +18,7 @@ from volprep.plan.item_kinds import TABLE_NAMES
 from volprep.plan.item_kinds import TABLES as TABLE_KINDS
 from volprep.plan.probe import PictureDifference, difference_of_views
 from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, PreintegratedPlan
+from volprep.plan.room import lookup_format
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene, SceneRender
 from volprep.transfer.integral import ends_of_entries, integrate
@@ -33,7 +34,7 @@ from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import WITH_TABLES
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, LookupFormat
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 
 Classify = Callable[[Float64Array, Float64Array], tuple[Float64Array, Float64Array]]
 """Values at the front and the back of segments become their colours [..., 3] and mean extinctions per millimetre."""
@@ -56,7 +57,7 @@ def tables_bytes(wishes: SceneRender, profile: DeviceProfile, entries: int) -> i
         return 0
     if wishes.classification == "preintegrated":
         return _integral_bytes(_largest(profile))
-    return entries * BYTES_PER_TEXEL[_texel_format(profile)]
+    return entries * BYTES_PER_TEXEL[lookup_format(profile)]
 
 
 def require_one_channel(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
@@ -396,15 +397,11 @@ def _largest(profile: DeviceProfile) -> int:
     return _sizes(profile)[-1]
 
 
-def _texel_format(profile: DeviceProfile) -> LookupFormat:
-    return "rgba16float" if "rgba16float" in profile.texture_formats else "rgba8unorm"
-
-
 def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile, step_mm: float) -> LookupPlan:
     name = f"transfer-{function.name}"
     # Of voxels of some nanometres, half floats cannot hold the extinction per millimetre; bytes have a scale.
     largest_per_mm = min(max(point.extinction_per_mm for point in function.points), opaque_per_mm(step_mm))
-    texel_format = _texel_format(profile) if largest_per_mm <= LARGEST_HALF else "rgba8unorm"
+    texel_format = lookup_format(profile) if largest_per_mm <= LARGEST_HALF else "rgba8unorm"
     return LookupPlan(
         transfer=function.name,
         name=name,

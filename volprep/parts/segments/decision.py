@@ -13,6 +13,7 @@ from volprep.parts.case import Case
 from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.segments.extent import style_blocks, style_boxes
 from volprep.parts.segments.label_texture import LOOK_UNITS, label_texture
+from volprep.parts.segments.look_format import look_format
 from volprep.parts.segments.looks import segments_of
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
@@ -137,6 +138,7 @@ def plan_segments(case: Case, empty_space: SkipInputs) -> SegmentsPlan | None:
         format=format_,
         textures=tuple(_textures(case, record, others)),
         looks="textures/looks-segments.ktx2",
+        look_format=look_format(record, case).format,
         programs=tuple(ray_casters(record.name, layout.volumes, scene)),
         skip_tables=tables,
         label_sets=sets,
@@ -239,7 +241,7 @@ def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Ite
         kept=True,
         reason="tint and opacity of each label, which an app changes to switch, tint and fade segments",
         files=(plan.looks,),
-        size_bytes=look_bytes(plan),
+        size_bytes=size_bytes(plan.look_format, (1, *table_shape(len(plan.labels)))),
     )
     yield PlanItem(
         name="names of segments",
@@ -266,9 +268,3 @@ def _names_reason(unnamed: int, count: int, *, free: bool) -> str:
         f"{unnamed} of {count} segments have no coded name and are called by their numbers; "
         'segments.names = "free" in a scene, or --segment-names free, writes typed names'
     )
-
-
-def look_bytes(plan: Segments) -> int:
-    """Size of the table of looks."""
-    rows, columns = table_shape(len(plan.labels))
-    return 4 * rows * columns

@@ -15,8 +15,10 @@ from volprep.parts.segments.decision import (
 )
 from volprep.parts.segments.label_texture import beside_segments
 from volprep.parts.segments.level_light import settle
+from volprep.parts.segments.look_format import look_format
 from volprep.parts.segments.stage import STAGE
 from volprep.parts.skip.part import found_of
+from volprep.plan.item_kinds import BEYOND
 from volprep.plan.products import SegmentsPlan
 from volprep.plan.records import ChannelPlan
 from volprep_formats.package.manifest import PlanItem
@@ -34,13 +36,23 @@ def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
         tables, item = skip_tables(case, segments, found_of(case))
         yield item
         yield label_sets(tables, case.layout.levels, case.profile)[1]
+        held = look_format(segments, case)
+        if held.is_beyond:
+            yield PlanItem(
+                name="opacities of segments",
+                kind=BEYOND,
+                kept=True,
+                reason=f"profile {case.profile.name} holds opacities of segments as bytes, and pixels may be off by "
+                f"{held.off:.2g}: validate may find pictures beyond the tolerance. Choose larger opacities, or a "
+                "profile with rgba16float",
+            )
 
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     segments = plan.part(SegmentsPlan)
     if segments is None:
         return
-    yield PlannedImage(segments.looks, "rgba8unorm", (1, *table_shape(len(segments.labels))))
+    yield PlannedImage(segments.looks, segments.look_format, (1, *table_shape(len(segments.labels))))
     for texture in segments.textures:
         for file in texture.files:
             yield PlannedImage(file, segments.format, texture.shape_zyx, level=texture.level)

@@ -136,15 +136,16 @@ def _file(
 
 
 def _write_looks(draft: Draft, segments: SegmentsPlan) -> Texture:
-    texels = look_texels(looks(segments))
+    texels = look_texels(looks(segments), segments.look_format)
     _, rows, width, _ = texels.shape
-    draft.write(segments.looks, "texture", ktx2.encode(ktx2.Ktx2Image("rgba8unorm", (1, rows, width), texels, 2)))
+    image = ktx2.Ktx2Image(segments.look_format, (1, rows, width), texels, 2)
+    draft.write(segments.looks, "texture", ktx2.encode(image))
     return Texture(
         name="looks-segments",
         role="looks",
         file=segments.looks,
         shape_zyx=(1, rows, width),
-        format="rgba8unorm",
+        format=segments.look_format,
         dimension="2d",
         transfer=segments.name,
         filter="nearest",

@@ -147,7 +147,9 @@ def _labelled(
     styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
     texels = label_set_texels(labels, wanted.block, styles, shown)
     sets = next((each for each in segments.label_sets if each.level == wanted.level), None)
-    visible = np.ones(len(segments.labels), np.bool_) if sets is None else visible_labels(looks(segments))
+    visible = np.ones(len(segments.labels), np.bool_)
+    if sets is not None:
+        visible = visible_labels(looks(segments), segments.look_format)
     occupied = shown_blocks_of(texels, shown[0].size, visible).reshape(shown[0].shape)
     if sets is None:
         return occupied, []

@@ -16,8 +16,8 @@ from volprep.validation.witness.read_checks import NUMPY
 _VOLUME_SHARE = 1e-4
 """Affine matrices of NIfTI have 24 bits."""
 _COLOUR = 1e-6
-_TEXEL = 1.0 / 255
-"""The table of looks has 8 bits; square roots of tints are off by half a step, tints by a whole one at most."""
+_TEXEL = {"u": 1.0 / 255, "f": 2.0**-11}
+"""The table of looks has bytes or half floats; square roots are off by half a step, their squares by a whole one."""
 
 
 def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iterator[WitnessCheck]:
@@ -65,7 +65,8 @@ def _check_table(
         if texture["role"] != "looks":
             continue
         off = [0.0]
-        held = looks_of(read_texture(package, texture["file"]), len(stated["labels"]))
+        texels = read_texture(package, texture["file"])
+        held, limit = looks_of(texels, len(stated["labels"])), _TEXEL[texels.dtype.kind]
         for label, (*tint, opacity) in zip(stated["labels"], held.tolist(), strict=True):
             if len(label["segments"]) > 1:
                 continue
@@ -74,7 +75,7 @@ def _check_table(
             off.append(abs(opacity - wanted))
             if look is not None and look.tint is not None and look.visible:
                 off.append(float(np.abs(look.tint - tint).max()))
-        yield _check(texture["name"], NUMPY, "largest difference of a tint or an opacity", max(off), _TEXEL)
+        yield _check(texture["name"], NUMPY, "largest difference of a tint or an opacity", max(off), limit)
 
 
 def _check_voxels(package: Path, manifest: Json, found: WitnessedSegments) -> WitnessCheck:

@@ -57,11 +57,11 @@ float label_of(vec3 at) {
   return code > FLAG - 0.5 ? code - FLAG : code;
 }
 
-// Current look of each label: rgb its tint, a its opacity factor, 0 if it is hidden.
+// Current look of each label, as square roots: rgb its tint, a its opacity factor, 0 if it is hidden.
 uniform highp sampler2D u_segments;
 vec4 look_of(float label) {
   vec4 look = $TEXTURE_2D(u_segments, $ENTRY);
-  return vec4(look.rgb * look.rgb, look.a);
+  return look * look;
 }
 //#section around
 // Labels of the eight voxels around it, and their trilinear weights.

@@ -82,7 +82,7 @@ def labels_of(texels: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def looks_of(texels: NDArray[Any], count: int) -> Floats:
-    """Return linear tint and opacity of each label [label, 4]; tints are held as square roots."""
-    table = texels.reshape(-1, 4)[:count].astype(np.float64) / 255.0
-    table[:, :3] **= 2
-    return table
+    """Return linear tint and opacity of each label [label, 4], which are held as square roots."""
+    held = texels.reshape(-1, 4)[:count].astype(np.float64)
+    roots: Floats = held if texels.dtype.kind == "f" else held / 255.0
+    return roots**2

@@ -10,6 +10,7 @@ from volprep_formats.package.parts.segments.record import LARGEST_SMALL_LABEL, t
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures import ktx2
 from volprep_formats.textures.mosaic import slices_of_mosaic
+from volprep_formats.textures.texel_formats import LookupFormat
 
 FLAG_BITS = {False: 7, True: 15}
 """Place of the flag, by whether labels have two bytes."""
@@ -72,24 +73,23 @@ def held_labels(textures: Sequence[Texture], level: int, read: Callable[[str], b
     return labels_of_texels(np.asarray(slices_of_mosaic([each[0] for each in texels], mosaic), np.uint8))
 
 
-def look_texels(looks: Sequence[tuple[float, float, float, float]]) -> UInt8Array:
-    """Return the table of looks [1, rows, columns, 4]: square roots of tints, and opacity factors."""
+def look_texels(looks: Sequence[tuple[float, float, float, float]], texel_format: LookupFormat) -> NDArray[np.generic]:
+    """Return the table of looks [1, rows, columns, 4]: square roots of tints and opacity factors."""
     rows, columns = table_shape(len(looks))
-    table = np.zeros((rows * columns, 4))
-    table[: len(looks)] = looks
-    table[:, :3] = np.sqrt(table[:, :3])
-    texels: UInt8Array = np.rint(table * 255).astype(np.uint8)
+    roots = np.zeros((rows * columns, 4))
+    roots[: len(looks)] = np.sqrt(looks)
+    texels = roots.astype("<f2") if texel_format == "rgba16float" else np.rint(roots * 255).astype(np.uint8)
     return texels.reshape(1, rows, columns, 4)
 
 
-def visible_labels(looks: Sequence[tuple[float, float, float, float]]) -> NDArray[np.bool_]:
+def visible_labels(looks: Sequence[tuple[float, float, float, float]], texel_format: LookupFormat) -> NDArray[np.bool_]:
     """Return for each label whether it is visible: an opacity factor that the table of looks rounds to 0 is not."""
-    opacity = look_texels(looks).reshape(-1, 4)[: len(looks), 3]
+    opacity = looks_of_texels(look_texels(looks, texel_format))[: len(looks), 3]
     return np.asarray(opacity > 0, np.bool_)
 
 
-def looks_of_texels(texels: UInt8Array) -> Float64Array:
+def looks_of_texels(texels: NDArray[np.generic]) -> Float64Array:
     """Return linear tint and opacity factor of each label [label, 4]."""
-    found = texels.reshape(-1, 4) / 255.0
-    found[:, :3] **= 2
+    roots = texels.reshape(-1, 4).astype(np.float64)
+    found: Float64Array = (roots / (255.0 if texels.dtype == np.uint8 else 1.0)) ** 2
     return found
