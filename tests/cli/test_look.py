@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from command_line import volprep
 
+from volprep.pipeline import look
+from volprep.scene.request import request_for_source
+
 
 @pytest.fixture
 def scan(tmp_path: Path) -> Path:
@@ -39,6 +42,19 @@ def test_a_look_draws_three_slices_and_replaces_no_file_by_itself(scan: Path) ->
     again = volprep("look", scan, "-o", picture)
     assert "VP1251" in again.stderr
     assert volprep("look", scan, "-o", picture, "--force").returncode == 0
+
+
+@pytest.mark.parametrize("thinned", [False, True])
+def test_ends_are_those_of_all_voxels_also_where_slices_are_thinned(tmp_path, monkeypatch, thinned) -> None:
+    voxels = np.random.default_rng(3).normal(0, 2, (5, 32, 64)).astype(np.float32)
+    voxels[2, 31, 63], voxels[3, 1, 1], voxels[4, 3, 3] = 500, -300, np.inf
+    np.save(tmp_path / "scan.npy", voxels)
+    if thinned:
+        monkeypatch.setattr(look, "_MOST_KEPT", 5 * 16 * 32)
+    looked = look.look_at(request_for_source(tmp_path / "scan.npy"))
+    assert (looked.ends, looked.not_numbers, looked.is_whole) == ((-300.0, 500.0), 1, True)
+    assert looked.slices[0].shape == ((16, 32) if thinned else (32, 64))
+    assert look.picture(looked).shape[1] == 3 * 256 + 2 * 8
 
 
 def test_a_list_of_a_file_says_size_spacing_and_range(scan: Path) -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from volprep.scan import slabs
+from volprep.scan import slabs, statistics
 from volprep.scan.statistics import measure, measure_again
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -106,6 +106,19 @@ def test_rays_run_along_each_axis_through_the_whole_scan(monkeypatch) -> None:
     for axis, rays in enumerate(found):
         expected = np.moveaxis(physical, axis, 0).reshape(stored.shape[axis], -1)
         assert np.array_equal(np.sort(rays, axis=1), np.sort(expected, axis=1))
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_samples_of_an_axis_eight_times_as_long_take_no_more_than_thrice_the_memory(monkeypatch, axis) -> None:
+    monkeypatch.setattr(statistics, "_LONG", 64)
+
+    def sample_bytes(length):
+        shape = np.insert([24, 24], axis, length)
+        found = measure(InMemory(voxels(shape=shape)), Silent())
+        assert found.rays_zyx[axis].shape[0] == length
+        return found.rays_zyx[axis].nbytes + found.pairs_zyx[axis].nbytes + found.stored_patches.nbytes * (axis == 0)
+
+    assert sample_bytes(512) < 3 * sample_bytes(64)
 
 
 @pytest.mark.parametrize("slope", [2.0, -0.5])

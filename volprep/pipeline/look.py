@@ -30,6 +30,8 @@ _PANEL_PIXELS = 256
 _GAP_PIXELS = 8
 _HISTOGRAM_PIXELS = 96
 _MOST_SAMPLES = 2_000_000
+_MOST_KEPT = 2**23
+"""Voxels that are kept for slices and histogram: 128 slices of 256×256. Larger slices are thinned."""
 _MOST_COLOUR_PIXELS = 256
 
 
@@ -60,69 +62,94 @@ def look_at(request: Request) -> ScanPreview:
     """Look at the first channel of a scan. Raises the errors of its reader."""
     prepared = prepare(request)
     try:
-        info, planes, places = _first_planes(prepared)
+        info, planes = _first_planes(prepared)
     except VolprepError as error:
         prepared = prepared.after(error)
-        info, planes, places = _first_planes(prepared)
-    colours, planes = _colours(prepared.channels[0].spec, places) or (None, planes)
+        info, planes = _first_planes(prepared)
+    shown = planes.values
+    if prepared.channels[0].spec.colour is not None:
+        shown, planes = _colours(prepared.channels[0].spec, planes.places)
     depth = info.grid.shape_zyx[0]
     z_mm, y_mm, x_mm = info.grid.extent_mm_zyx
-    shown = planes if colours is None else colours
-    middle = shown[int(np.argmin(np.abs(places - depth // 2)))]
-    finite = planes[np.isfinite(planes)]
+    middle = shown[int(np.argmin(np.abs(planes.places - depth // 2)))]
+    finite = planes.values[np.isfinite(planes.values)]
     sample = finite[:: max(1, finite.size // _MOST_SAMPLES)]
-    ends = (float(sample.min()), float(sample.max())) if sample.size else (0.0, 0.0)
+    ends = planes.ends
     counts, _ = np.histogram(sample, BINS, ends if ends[0] < ends[1] else (ends[0], ends[0] + 1.0))
     recognised = prepared.scene.recognised
     if prepared.first_look and sample.size:
         statistics = Statistics(minimum=ends[0], maximum=ends[1], non_finite=0)
-        edges = [planes[[0, -1]], planes[:, [0, -1]], planes[:, :, [0, -1]]]
-        faces = np.concatenate([each[np.isfinite(each)] for each in edges])
-        looked = with_first_look(prepared.scene, prepared.profile, info, statistics, sample, faces=faces)
+        looked = with_first_look(prepared.scene, prepared.profile, info, statistics, sample, faces=planes.faces)
         recognised = looked.recognised
     return ScanPreview(
         info=info,
         slices=(middle, shown[:, shown.shape[1] // 2], shown[:, :, shown.shape[2] // 2]),
         shapes_mm=((y_mm, x_mm), (z_mm, x_mm), (z_mm, y_mm)),
         ends=ends,
-        is_whole=len(places) == depth,
-        not_numbers=planes.size - finite.size,
+        is_whole=len(planes.places) == depth,
+        not_numbers=planes.not_numbers,
         counts=tuple(counts.tolist()),
         recognised=recognised,
     )
 
 
-def _first_planes(prepared: Prepared) -> tuple[SourceInfo, Float64Array, NDArray[np.intp]]:
-    return next((info, *_planes(source)) for _, info, source in prepared.sources(Silent()))
+@dataclass(frozen=True)
+class _Planes:
+    """Slices of a scan."""
+
+    values: Float64Array
+    """Physical values [slice, y, x], thinned in y and x."""
+    places: NDArray[np.intp]
+    """Numbers of the slices."""
+    ends: tuple[float, float]
+    """Least and greatest finite value of all their voxels; 0 if there is none."""
+    not_numbers: int
+    """Voxels that are NaN or infinite."""
+
+    @property
+    def faces(self) -> Float64Array:
+        """Finite values on the six faces of the box."""
+        z, y, x = self.values[[0, -1]], self.values[:, [0, -1]], self.values[:, :, [0, -1]]
+        return np.concatenate([each[np.isfinite(each)] for each in (z, y, x)])
 
 
-def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, Float64Array] | None:
-    """Return sRGB colours on black [slice, y, x, 3], and shares of the largest extinction [slice, y, x].
+def _first_planes(prepared: Prepared) -> tuple[SourceInfo, _Planes]:
+    return next((info, _planes(source)) for _, info, source in prepared.sources(Silent()))
 
-    None for a channel that is not in colour.
-    """
-    if spec.colour is None:
-        return None
-    every = spec.model_copy(update={"colour": spec.colour.model_copy(update={"part": "all"})})
+
+def _colours(spec: SourceSpec, places: NDArray[np.intp]) -> tuple[Float64Array, _Planes]:
+    """Return sRGB colours on black [slice, y, x, 3], and slices of shares of the largest extinction."""
+    every = spec.model_copy(update={"colour": spec.colour and spec.colour.model_copy(update={"part": "all"})})
     with open_scan(every, Path("/"), Silent()) as source:
         # Four numbers of 64 bits for each pixel: large pictures are thinned.
         step = max(1, max(source.info.grid.shape_zyx[1:]) // _MOST_COLOUR_PIXELS)
         slices = [unpacked(source.read_slab(z, z + 1)[:, ::step, ::step]) for z in places.tolist()]
     values = np.concatenate(slices) / 65535
-    return srgb_of_linear(values[..., :3]), values[..., 3]
+    shares = values[..., 3]
+    ends = (float(shares.min()), float(shares.max()))
+    return srgb_of_linear(values[..., :3]), _Planes(shares, places, ends, not_numbers=0)
 
 
-def _planes(source: VolumeSource) -> tuple[Float64Array, NDArray[np.intp]]:
-    """Return physical values of up to 128 slices [slice, y, x], and their numbers."""
+def _planes(source: VolumeSource) -> _Planes:
+    """Read up to 128 slices."""
     info = source.info
     depth, height, width = info.grid.shape_zyx
     most = max(3, min(_SLICES, 2**27 // max(1, height * width)))
     places = np.unique(np.linspace(0, depth - 1, min(depth, most)).round().astype(np.intp))
-    stored = np.empty((len(places), *info.grid.shape_zyx[1:]), info.stored_type)
-    for target, z in zip(stored, places.tolist(), strict=True):
-        target[...] = source.read_slab(z, z + 1)[0]
-    physical: Float64Array = info.slope * stored.astype(np.float64) + info.intercept
-    return physical, places
+    step = 1
+    while len(places) * -(-height // step) * -(-width // step) > _MOST_KEPT:
+        step += 1
+    kept, ends, numbers = [], [], 0
+    for z in places.tolist():
+        plane = source.read_slab(z, z + 1)[0]
+        kept.append(plane[::step, ::step].copy())
+        finite = plane[np.isfinite(plane)] if plane.dtype.kind == "f" else plane
+        numbers += finite.size
+        ends += [finite.min(), finite.max()] if finite.size else []
+    values: Float64Array = info.slope * np.asarray(kept, np.float64) + info.intercept
+    physical = [info.slope * float(end) + info.intercept for end in ends] or [0.0]
+    others = len(places) * height * width - numbers
+    return _Planes(values, places, (min(physical), max(physical)), not_numbers=others)
 
 
 def picture(looked: ScanPreview) -> UInt8Array:

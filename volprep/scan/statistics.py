@@ -38,6 +38,8 @@ _PAIRS = 12
 """Pairs of neighbouring rays in z direction along y and along x that it holds at most."""
 _CROSS_PROBES = 16
 """Rays in y and in x direction that it holds at most, along the two other axes."""
+_LONG = 8192
+"""Voxels of an axis beyond which fewer rays along it are taken: a small packed file may declare 65,536 slices."""
 
 
 @dataclass(frozen=True)
@@ -214,18 +216,20 @@ class _Sampler:
 
     def add(self, slab: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Take the next slab; return for each slice whether all its voxels are finite."""
-        columns_of, patches_of = _sample(slab), _patches(slab)
+        columns_of, patches_of = _sample(slab, self._depth), _patches(slab, self._depth)
         if not self._slices:
             patches, _, height, width = patches_of.shape
             self._columns = np.empty((self._depth, columns_of.shape[1]), slab.dtype)
             self._patches = np.empty((patches, self._depth, height, width), slab.dtype)
         slices = slice(self._slices, self._slices + len(slab))
         for plane in (slab[z - slices.start] for z in range(slices.start, slices.stop) if z in self._probed):
-            self._along_y.append(plane[:, _spread(plane.shape[1], _CROSS_PROBES)])
-            self._along_x.append(plane[_spread(plane.shape[0], _CROSS_PROBES)].T.copy())
-            self._pairs_y.append(np.moveaxis(plane[:, _neighbours(plane.shape[1], _CROSS_PROBES)], 1, 0))
-            self._pairs_x.append(np.moveaxis(plane[_neighbours(plane.shape[0], _CROSS_PROBES)], 2, 1).copy())
-        pairs = slab[:, _spread(slab.shape[1], _PAIRS)][:, :, _neighbours(slab.shape[2], _PAIRS)]
+            along_y, along_x = (_fewer(_CROSS_PROBES, length) for length in plane.shape)
+            self._along_y.append(plane[:, _spread(plane.shape[1], along_y)])
+            self._along_x.append(plane[_spread(plane.shape[0], along_x)].T.copy())
+            self._pairs_y.append(np.moveaxis(plane[:, _neighbours(plane.shape[1], along_y)], 1, 0))
+            self._pairs_x.append(np.moveaxis(plane[_neighbours(plane.shape[0], along_x)], 2, 1).copy())
+        most = _fewer(_PAIRS, self._depth)
+        pairs = slab[:, _spread(slab.shape[1], most)][:, :, _neighbours(slab.shape[2], most)]
         self._pairs_z.append(np.moveaxis(pairs, 2, 0).reshape(2, len(slab), -1))
         self._columns[slices], self._patches[:, slices] = columns_of, patches_of
         self._slices = slices.stop
@@ -266,19 +270,24 @@ class _Sampler:
         return z.physical(slope, intercept), self._y.physical(slope, intercept), self._x.physical(slope, intercept)
 
 
-def _sample(slab: NDArray[np.generic]) -> NDArray[np.generic]:
-    rows, columns = (_spread(length, _PROBES) for length in slab.shape[1:])
+def _sample(slab: NDArray[np.generic], depth: int) -> NDArray[np.generic]:
+    rows, columns = (_spread(length, _fewer(_PROBES, depth)) for length in slab.shape[1:])
     return slab[:, rows][:, :, columns].reshape(len(slab), -1)
 
 
-def _patches(slab: NDArray[np.generic]) -> NDArray[np.generic]:
-    rows, columns = (_patch_ranges(length) for length in slab.shape[1:])
+def _patches(slab: NDArray[np.generic], depth: int) -> NDArray[np.generic]:
+    rows, columns = (_patch_ranges(length, _fewer(_PATCH_VOXELS, depth)) for length in slab.shape[1:])
     return np.stack([slab[:, y, x] for y in rows for x in columns])
 
 
-def _patch_ranges(length: int) -> list[slice]:
-    """Up to _PATCHES ranges of equal length, in the middles of equal parts of `length`."""
-    size = min(length, _PATCH_VOXELS)
+def _fewer(most: int, length: int) -> int:
+    """Return the side of a square of rays along an axis of `length` voxels: `most`, or fewer along a very long axis."""
+    return max(1, int(most * min(1.0, (_LONG / length) ** 0.5)))
+
+
+def _patch_ranges(length: int, most: int) -> list[slice]:
+    """Up to _PATCHES ranges of up to `most` voxels, in the middles of equal parts of `length`."""
+    size = min(length, most)
     count = min(_PATCHES, length // size)
     starts = [(2 * part + 1) * length // (2 * count) - size // 2 for part in range(count)]
     return [slice(start, start + size) for start in starts]
