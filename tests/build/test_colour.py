@@ -421,6 +421,20 @@ def test_errors_that_are_not_about_colours_stay(tmp_path: Path) -> None:
     assert error.value is refused
 
 
+@pytest.mark.parametrize(("kind", "is_colour"), [("RGBA-color", True), ("vector", True), ("list", False)])
+def test_a_list_of_four_volumes_is_not_taken_for_colours(tmp_path: Path, kind: str, is_colour: bool) -> None:
+    lines = ["NRRD0004", "type: uint16", "dimension: 4", "sizes: 4 5 6 7", f"kinds: {kind} domain domain domain"]
+    voxels = np.random.default_rng(2).integers(0, 900, (7, 6, 5, 4)).astype("<u2")
+    head = "\n".join([*lines, "encoding: raw", "endian: little", "", ""]).encode()
+    (tmp_path / "four.nrrd").write_bytes(head + voxels.tobytes())
+    request = request_for_source(tmp_path / "four.nrrd")
+    if is_colour:
+        assert "volume in colour" in look_at(request).recognised
+    else:
+        with pytest.raises(VolprepError, match=r"VP1101 .* 4 values for each voxel.* --volume N"):
+            look_at(request)
+
+
 def test_a_colour_image_without_a_place_is_refused_for_its_place(tmp_path: Path) -> None:
     from pydicom.data import get_testdata_file
 

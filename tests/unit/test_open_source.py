@@ -138,6 +138,8 @@ def test_a_folder_or_file_of_the_wrong_kind_is_refused_by_every_reader(tmp_path,
         ("i.zip", b"PK\3\4" + bytes(40), "a zip archive"),
         ("j.mat", b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file"),
         ("k.pdf", b"%PDF-1.7\n", "a PDF document"),
+        ("l.nvdb", b"NanoVDB0" + bytes(40), "a NanoVDB file"),
+        ("m.vol", b"HSF-OCT-103" + bytes(40), "a Heidelberg OCT volume"),
     ],
 )
 def test_what_no_reader_knows_is_named_with_a_way_to_a_volume(tmp_path, name, head, what) -> None:

@@ -25,6 +25,8 @@ IN_COLOUR = frozenset(("VP1022", "VP1035", "VP1101", "VP1121", "VP1141", "VP1164
 """Errors of readers that colours may cause."""
 _CHANNELS = "VP1221"
 """Several channels, which in OME-Zarr are rather stains than colours."""
+_COMPONENTS, _LIST = "VP1101", "list"
+"""Several values at each voxel of an NRRD file, which in an axis of this kind are frames or directions."""
 _NO_COLOURS = "VP1290"
 _SLICES, _PIXELS = 9, 512
 """Slices that are looked at, and rows and columns of each that are taken, about."""
@@ -59,6 +61,8 @@ def in_colour(scene: Scene, error: VolprepError) -> Scene:
     """
     spec = scene.source
     if error.code not in IN_COLOUR or spec.rgb is not None or spec.colour is not None or spec.channels:
+        raise error
+    if error.code == _COMPONENTS and error.fields["kind"] == _LIST:
         raise error
     if error.code == _CHANNELS and format_of_source(spec, Path("/")) == "ome-zarr":
         raise error
