@@ -10,12 +10,15 @@ import nibabel
 import numpy as np
 import pytest
 from command_line import volprep
-from segment_files import coded, seg
+from segment_files import coded, seg, seg_nrrd, structure_set
 
 from .subjects import SUBJECTS, sound_file
 
 CANARY = "ZQCANARY"
-SUFFIXES = (".npy", ".nii.gz", ".nrrd", ".mha", ".mgh", ".mrc", ".mnc", ".vti", ".vtk", ".tif")
+SUFFIXES = (
+    *(".npy", ".npz", ".nii.gz", ".nrrd", ".mha", ".mgh", ".mgz", ".mif", ".mrc", ".mnc"),
+    *(".vti", ".vtk", ".tif", ".exr"),
+)
 GRID = np.diag([-1.0, -1.0, 2.0, 1.0])
 
 
@@ -65,6 +68,43 @@ def codes_of(folder: Path) -> list[str]:
     return [scan.name, "--segments", path.name]
 
 
+def contours_of(folder: Path) -> list[str]:
+    """A scan with a structure set, whose names are planted."""
+    scan = scan_of(folder)
+    squares = [[(4, 4, z), (10, 4, z), (10, 10, z), (4, 10, z)] for z in (6, 8, 10)]
+    path = structure_set(folder / f"{CANARY} contours.dcm", [squares, squares[:1]])
+    import pydicom
+
+    data = pydicom.dcmread(path)
+    data.StructureSetLabel = data.StructureSetName = data.PatientName = f"{CANARY}^set"
+    for own in data.StructureSetROISequence:
+        own.ROIName = own.ROIDescription = f"{CANARY} structure"
+    data.save_as(path)
+    return [scan.name, "--segments", path.name]
+
+
+def layers_of(folder: Path) -> list[str]:
+    """A scan with a segmentation of 3D Slicer, whose names and tags are planted."""
+    values = np.zeros((10, 14, 16), np.int16)
+    values[3:7, 4:10, 4:12] = 900
+    nibabel.save(nibabel.Nifti1Image(values.T, np.diag([-0.25, -0.5, 2.0, 1.0])), folder / f"{CANARY} scan.nii")
+    fields = [f"Segment0_Name:={CANARY}", f"Segment0_ID:={CANARY}_1", "Segment0_LabelValue:=1", "Segment0_Layer:=0"]
+    fields += [f"Segment0_Tags:=TerminologyEntry:{CANARY}~SCT^10200004^{CANARY}|", f"Segmentation_Source:={CANARY}"]
+    path = seg_nrrd(folder / f"{CANARY}.seg.nrrd", (values > 0).astype(np.uint8)[None], fields)
+    path.write_bytes(path.read_bytes().replace(b"space origin: (1,2,3)", b"space origin: (0,0,0)"))
+    return [f"{CANARY} scan.nii", "--segments", path.name]
+
+
+def header_of(folder: Path) -> list[str]:
+    """A header with its data file, both named after a person."""
+    voxels = np.random.default_rng(2).integers(0, 900, (6, 7, 8)).astype("<i2")
+    (folder / f"{CANARY}.raw").write_bytes(voxels.tobytes())
+    fields = ("ObjectType = Image", f"Name = {CANARY}", "NDims = 3", "DimSize = 8 7 6", "ElementType = MET_SHORT")
+    header = "\n".join([*fields, f"Comment = {CANARY}", f"ElementDataFile = {CANARY}.raw", ""])
+    (folder / f"{CANARY}.mhd").write_text(header)
+    return [f"{CANARY}.mhd"]
+
+
 def _of_format(suffix: str) -> Callable[[Path], list[str]]:
     def write(folder: Path) -> list[str]:
         subject = next(each for each in SUBJECTS if each.suffix == suffix)
@@ -78,6 +118,9 @@ SOURCES = {
     "label map": label_map_of,
     "masks": masks_of,
     "codes": codes_of,
+    "contours": contours_of,
+    "layers": layers_of,
+    "header": header_of,
     **{suffix: _of_format(suffix) for suffix in SUFFIXES},
 }
 
