@@ -23,6 +23,7 @@ from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 GLES3 = load_profile("gles3", Path())
+NO_FACES = (np.full((2, 1), -np.inf),) * 3
 
 
 def look(
@@ -35,7 +36,6 @@ def look(
     profile=GLES3,
     spacing_mm: float = 1.0,
     far_mm: float = 1.0,
-    faces: Sequence[float] = (),
 ):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
     grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm * far_mm))
@@ -47,7 +47,7 @@ def look(
     scene = Scene.model_validate({"name": "s", "source": source, "transfer": [{"name": "none", "points": points}]})
     measured = gauge.result("0" * 64)
     sample = voxels.astype(np.float64).ravel()
-    return with_first_look(scene, profile, info, measured.statistics, sample, faces=np.array(faces))
+    return with_first_look(scene, profile, info, measured.statistics, sample, faces=NO_FACES)
 
 
 def named(scene: Scene) -> str:
@@ -182,7 +182,7 @@ def test_a_stack_of_few_slices_looks_as_its_slices_do() -> None:
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     statistics = gauge.result("0" * 64).statistics
-    scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel(), faces=voxels)
+    scene = with_first_look(look([0, 1]), GLES3, info, statistics, voxels.astype(np.float64).ravel(), faces=NO_FACES)
     assert named(scene) == "slices"
 
 
@@ -193,7 +193,7 @@ def test_a_thin_stack_of_a_ct_is_drawn_as_its_slices_look_whatever_its_padding()
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     scene = with_first_look(
-        look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel(), faces=voxels
+        look([0, 1]), GLES3, info, gauge.result("0" * 64).statistics, voxels.astype(np.float64).ravel(), faces=NO_FACES
     )
     assert named(scene) == "slices"
     assert [point.value for point in scene.transfer[0].points] == [-200, -150, 300]
@@ -271,7 +271,7 @@ def test_slices_of_a_thin_stack_are_tinted_by_its_segments_without_veil_or_light
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
     table = {"name": "s", "source": {"path": "x"}, "transfer": [{"name": "none", "points": points}]}
     scene = Scene.model_validate({**table, "segments": {"source": "organs.nii"}})
-    looked = with_first_look(scene, GLES3, info, statistics, values.astype(np.float64), faces=values)
+    looked = with_first_look(scene, GLES3, info, statistics, values.astype(np.float64), faces=NO_FACES)
     shown = with_segment_styles(looked, GLES3, info, statistics)
     assert shown.transfer == looked.transfer
     assert shown.render.lighting == "none"
@@ -308,6 +308,31 @@ def test_a_piece_cut_out_of_an_object_looks_as_its_slices_do_on_its_faces() -> N
     whole = np.zeros_like(voxels)
     whole[6:24, 6:24, 6:24] = voxels[6:24, 6:24, 6:24]
     assert named(look_of(whole)) == "object"
+
+
+@pytest.mark.parametrize(
+    ("depth", "cut", "name"),
+    [
+        (20, slice(0, 20), "faces"),
+        (20, slice(5, 20), "object"),
+        (20, slice(5, 15), "object"),
+        (60, slice(0, 60), "object"),
+        (14, slice(0, 10), "faces"),
+        (14, slice(2, 12), "object"),
+    ],
+    ids=["slab", "cut on one side", "whole", "long", "flat and cut on one side", "flat and whole"],
+)
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_slab_that_is_cut_open_looks_as_its_slices_do(depth, cut, name, axis) -> None:
+    voxels = np.zeros((depth, 48, 48), np.float32)
+    voxels[cut, 12:36, 12:36] = np.random.default_rng(1).normal(100.0, 20.0, (cut.stop - cut.start, 24, 24))
+    voxels = np.ascontiguousarray(np.moveaxis(voxels, 0, axis))
+    info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32")
+    gauge = SlabMeasurer(info)
+    gauge.add(voxels)
+    found = gauge.result("0" * 64)
+    sample = found.rays_zyx[0]
+    assert named(with_first_look(look([0, 1]), GLES3, info, found.statistics, sample, faces=found.faces)) == name
 
 
 @pytest.mark.parametrize(

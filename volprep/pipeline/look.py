@@ -107,10 +107,10 @@ class _Planes:
     """Voxels that are NaN or infinite."""
 
     @property
-    def faces(self) -> Float64Array:
-        """Finite values on the six faces of the box."""
-        z, y, x = self.values[[0, -1]], self.values[:, [0, -1]], self.values[:, :, [0, -1]]
-        return np.concatenate([each[np.isfinite(each)] for each in (z, y, x)])
+    def faces(self) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Values on the faces of the box across z, y and x, each [first or last, place]."""
+        z, y, x = (np.moveaxis(self.values, axis, 0)[[0, -1]].reshape(2, -1) for axis in range(3))
+        return z, y, x
 
 
 def _first_planes(prepared: Prepared) -> tuple[SourceInfo, _Planes]:

@@ -66,9 +66,10 @@ class Measured:
     """
 
     @property
-    def faces(self) -> Float64Array:
-        """Physical values on the six faces of the box, at both ends of each ray."""
-        return np.concatenate([rays[[0, -1]].ravel() for rays in self.rays_zyx])
+    def faces(self) -> Rays:
+        """Physical values on the faces of the box across z, y and x, [first or last, ray]: at both ends of each ray."""
+        z, y, x = (rays[[0, -1]] for rays in self.rays_zyx)
+        return z, y, x
 
 
 class SlabMeasurer:

@@ -4,8 +4,9 @@ Labels get a colour each. CT in Hounsfield units, or in values that are offset f
 tissue if it has no bone. A level set gets its surface. Values on both sides of 0, as maps of differences have, become
 denser with their distance from 0: blue below, red above. All others (MR, ultrasound, microscopy, micro-CT) get what
 surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest. A
-piece that is cut out of an object has no surroundings: its faces look like slices, and so do thin stacks and slices far
-apart through an object that is bright on one side, such as a spine.
+piece or a slab that is cut out of an object shows its inside on its faces, where light would show the noise of normals:
+they look like slices, and so do thin stacks and slices far apart through an object that is bright on one side, such as
+a spine.
 """
 
 import math
@@ -23,6 +24,7 @@ from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Statistics
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.segmentations.records import numbers_text
@@ -46,6 +48,10 @@ _PIECE = "faces"
 _FILLED = 0.4
 """Share of the faces of the box above the background from which on a scan is a piece of something: a block of a head
 has 0.6; heads, brains, small animals and parts in a field of their own have 0 to 0.17."""
+_OPEN = 0.5
+"""Part of the object's mean share of all planes that a face has where it cuts the object open."""
+_SLAB = 0.6
+"""Thickness of a slab, at most, as part of its widest extent. Cut faces of longer pieces, as of limbs, are small."""
 _FAR_APART = 3.0
 """Times the distance of pixels from which on slices are far apart."""
 _SHARE = 0.01
@@ -58,6 +64,10 @@ _BONE, _SOFT_TISSUE = "ct-bone", "ct-soft-tissue"
 """Presets of a CT in Hounsfield units, with and without bone."""
 _CT = frozenset(("", "CT"))
 """Modalities whose values may be Hounsfield units although no unit is stated."""
+
+
+Faces = tuple[Float64Array, Float64Array, Float64Array]
+"""Values on the faces of a box across z, y and x, each [first or last, place]."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +87,7 @@ def with_first_look(
     statistics: Statistics,
     sample: Float64Array,
     *,
-    faces: Float64Array,
+    faces: Faces,
 ) -> Scene:
     """Return the scene with a transfer function that shows something of any scan, and the kind that was recognised.
 
@@ -95,7 +105,7 @@ def _look(  # noqa: PLR0917 - of one caller
     info: SourceInfo,
     statistics: Statistics,
     sample: Float64Array,
-    faces: Float64Array,
+    faces: Faces,
 ) -> FirstLook:
     if scene.source.labels:
         return FirstLook("labels", _with_labels(scene, profile, info, statistics))
@@ -112,16 +122,27 @@ def _look(  # noqa: PLR0917 - of one caller
     if offset is not None:
         return _of_ct(scene, profile, info, statistics, offset)
     values = values_of(sample)
-    if _is_piece(values, faces) and not info.grid.is_thin_stack:
-        return FirstLook("a piece that fills its field, whose faces look like slices", _as_piece(scene, values))
+    cut_out = _cut_out(info.grid, values, sample, faces)
+    if cut_out:
+        return FirstLook(f"{cut_out}, whose faces look like slices", _as_piece(scene, values))
     return _of_values(scene, profile, info, statistics, values)
 
 
-def _is_piece(values: Values, faces: Float64Array) -> bool:
-    """Whether an object without bright vessels goes on beyond most of the faces of the box."""
+def _cut_out(grid: Grid, values: Values, sample: Float64Array, faces: Faces) -> str:
+    """Say what part of an object without bright vessels the box cuts out; "" if it holds all of it, or few slices."""
     is_positive = -values.low <= _BOTH_SIDES * values.high
-    filled = int(np.count_nonzero(faces > values.background)) >= _FILLED * max(faces.size, 1)
-    return is_positive and values.low < values.high and values.vessels is None and filled
+    if grid.is_thin_stack or not is_positive or values.low >= values.high or values.vessels is not None:
+        return ""
+    on_faces = np.concatenate([ends.ravel() for ends in faces])
+    if np.count_nonzero(on_faces > values.background) >= _FILLED * on_faces.size:
+        return "a piece that fills its field"
+    # A head is cut below; a slab on both sides. A flat volume is looked at along its thin axis: one side is enough.
+    axis = int(np.argmin(grid.extent_mm_zyx))
+    shares = (faces[axis] > values.background).mean(axis=1)
+    share = shares.min() if grid.thin_axis is None else shares.max()
+    is_short = grid.extent_mm_zyx[axis] <= _SLAB * max(grid.extent_mm_zyx)
+    is_slab = is_short and share >= _OPEN * (sample > values.background).mean()
+    return "a slab that is cut out of an object" if is_slab else ""
 
 
 def _as_piece(scene: Scene, values: Values) -> Scene:
