@@ -58,12 +58,12 @@ def test_a_scan_of_any_name_is_built_and_its_package_validated(tmp_path, name) -
 
 
 @pytest.mark.parametrize("ending", [".nii", ".nrrd", ".mha"])
-def test_a_scan_with_the_longest_name_is_read(tmp_path, ending) -> None:
+def test_a_scan_with_the_longest_name_is_built(tmp_path, ending) -> None:
     subject = next(each for each in SUBJECTS if each.suffix == ending)
     scan = tmp_path / f"{'x' * (255 - len(ending))}{ending}"
     scan.write_bytes(sound_file(subject))
-    planned = volprep("plan", scan, folder=tmp_path)
-    assert planned.returncode == 0, planned.stderr
+    done = volprep("build", scan, "-o", tmp_path / "a.volpkg", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_name_in_a_message_can_neither_steer_the_terminal_nor_add_a_line(tmp_path) -> None:
