@@ -16,6 +16,7 @@ from unittest.mock import patch
 import nibabel
 import numpy as np
 import tifffile
+from scipy.spatial.transform import Rotation
 
 from volprep.pipeline import preview
 from volprep.pipeline.build import build
@@ -53,6 +54,9 @@ def write_sources(folder: Path) -> None:
     affine = np.diag([-1.0, -1.0, 1.5, 1.0])
     nibabel.save(nibabel.Nifti1Image(codes.T, affine), folder / "body.nii")
     nibabel.save(nibabel.Nifti1Image(labels.T, affine), folder / "labels.nii")
+    turn = Rotation.from_euler("xyz", (25.0, -40.0, 15.0), degrees=True).as_matrix()
+    oblique = nibabel.affines.from_matvec(turn @ np.diag([1.0, -1.0, 1.5]), (31.0, -17.0, 230.0))
+    nibabel.save(nibabel.Nifti1Image(codes[3:13, 4:18, 2:19].T, oblique), folder / "oblique.nii")
     rgba = np.stack([0.3 + 0.7 * bone, 0.3 + 0.7 * organ, x / x.max(), 0.3 * body + 0.7 * bone], axis=-1)
     pages = np.rint(255 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
     tifffile.imwrite(folder / "slices.tif", pages, photometric="rgb", extrasamples=["unassalpha"])
