@@ -23,7 +23,7 @@ from volprep_formats.srgb import srgb_of_linear
 
 SCANS = {
     "head, T1 (studyforrest)": "mr_t1_studyforrest/dicoms",
-    "spine, sagittal T1": "decubitus_hfp_sag/2_t1_fl2d_sag",
+    "head, sagittal T1": "decubitus_hfp_sag/2_t1_fl2d_sag",
     "head, Colin 27": "nifti_ch2/ch2.nii.gz",
     "head, FLAIR": "flair_pair/FLAIR.nii.gz",
     "fly, micro-CT": "qim_microct/fly_150x256x256.tif",
