@@ -4,7 +4,7 @@ It reads up to 128 slices, spread over the scan, so that it takes about a second
 """
 
 from dataclasses import dataclass
-from math import prod
+from math import ceil, prod, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,7 @@ _GAP_PIXELS = 8
 _HISTOGRAM_PIXELS = 96
 _MOST_SAMPLES = 2_000_000
 _MOST_KEPT = 2**23
-"""Voxels that are kept for slices and histogram: 128 slices of 256×256. Larger slices are thinned."""
+"""Voxels that are kept for slices and histogram, about: 128 slices of 256×256. Larger slices are thinned."""
 _MOST_COLOUR_PIXELS = 256
 
 
@@ -136,9 +136,7 @@ def _planes(source: VolumeSource) -> _Planes:
     depth, height, width = info.grid.shape_zyx
     most = max(3, min(_SLICES, 2**27 // max(1, height * width)))
     places = np.unique(np.linspace(0, depth - 1, min(depth, most)).round().astype(np.intp))
-    step = 1
-    while len(places) * -(-height // step) * -(-width // step) > _MOST_KEPT:
-        step += 1
+    step = max(1, ceil(sqrt(len(places) * height * width / _MOST_KEPT)))
     kept, ends, numbers = [], [], 0
     for z in places.tolist():
         plane = source.read_slab(z, z + 1)[0]

@@ -124,7 +124,8 @@ def _look(  # noqa: PLR0917 - of one caller
     values = values_of(sample)
     cut_out = _cut_out(info.grid, values, sample, faces)
     if cut_out:
-        return FirstLook(f"{cut_out}, whose faces look like slices", _as_piece(scene, values))
+        on_faces = _slices(values).model_copy(update={"name": _PIECE})
+        return FirstLook(f"{cut_out}, whose faces look like slices", scene.with_transfer((on_faces,)))
     return _of_values(scene, profile, info, statistics, values)
 
 
@@ -143,10 +144,6 @@ def _cut_out(grid: Grid, values: Values, sample: Float64Array, faces: Faces) -> 
     is_short = grid.extent_mm_zyx[axis] <= _SLAB * max(grid.extent_mm_zyx)
     is_slab = is_short and share >= _OPEN * (sample > values.background).mean()
     return "a slab that is cut out of an object" if is_slab else ""
-
-
-def _as_piece(scene: Scene, values: Values) -> Scene:
-    return scene.with_transfer((_slices(values).model_copy(update={"name": _PIECE}),))
 
 
 def _of_values(
