@@ -57,6 +57,12 @@ def write_sources(folder: Path) -> None:
     turn = Rotation.from_euler("xyz", (25.0, -40.0, 15.0), degrees=True).as_matrix()
     oblique = nibabel.affines.from_matvec(turn @ np.diag([1.0, -1.0, 1.5]), (31.0, -17.0, 230.0))
     nibabel.save(nibabel.Nifti1Image(codes[3:13, 4:18, 2:19].T, oblique), folder / "oblique.nii")
+    # The organ fills with a tracer; the third frame repeats the second one.
+    frames = [np.rint(70 * body + 150 * bone + 80 * share * organ).astype(np.uint8).T for share in (0.0, 1.0, 1.0, 0.5)]
+    series = nibabel.Nifti1Image(np.stack(frames, axis=-1), affine)
+    series.header.set_xyzt_units("mm", "sec")
+    series.header["pixdim"][4] = 2.5
+    nibabel.save(series, folder / "series.nii")
     rgba = np.stack([0.3 + 0.7 * bone, 0.3 + 0.7 * organ, x / x.max(), 0.3 * body + 0.7 * bone], axis=-1)
     pages = np.rint(255 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
     tifffile.imwrite(folder / "slices.tif", pages, photometric="rgb", extrasamples=["unassalpha"])
@@ -79,6 +85,10 @@ def write_sample(name: str, sources: Path, target: Path) -> list[dict[str, objec
         write_single_file(folder, names_in(folder), stream, Silent())
     package = Package.open(file)
     entries = [_drawn(package, file, target / f"{name}.png", None)]
+    if package.manifest.frames:
+        last = len(package.manifest.frames) - 1
+        entry = _drawn(package.at_frame(last), file, target / f"{name}-last.png", None)
+        entries.append({**entry, "frame": last})
     if package.manifest.subvolumes is not None:
         entries.append(_drawn(package, file, target / f"{name}-point.png", _POINT))
     return entries

@@ -13,7 +13,7 @@ ROLES: tuple[str, ...] = get_args(TextureRole)
 """Roles of textures that this version knows."""
 _MODELS: tuple[type[BaseModel], ...] = (Manifest, SubvolumeGrid)
 _OF_DRAFTS = {
-    *("StageRecord", "Contribution", "ChannelPart", "LevelFidelity"),
+    *("StageRecord", "Contribution", "ChannelPart", "LevelFidelity", "FrameTextures"),
     *("ComposedProgram", "Sampler", "RaySampling", "LevelStep"),
 }
 """Records that drafts alone have; readers refuse drafts."""

@@ -3,6 +3,7 @@
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -41,6 +42,14 @@ class Choices:
     volume: Annotated[
         int | None,
         typer.Option(min=1, help="Number of the volume, if there are several in a series or file.", metavar="NUMBER"),
+    ] = None
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            help="Volumes of a file that are frames of a time series: all, a number for every so many, or "
+            "FIRST:LAST[:STEP].",
+            metavar="FRAMES",
+        ),
     ] = None
     volumes_by: Annotated[
         Literal["number"] | None,
@@ -141,6 +150,7 @@ class Choices:
         told: dict[str, object] = {
             "series": self.series,
             "volume": self.volume,
+            "frames": self._frames(),
             "volumes_by": self.volumes_by,
             "channel": self.channel,
             "level": self.level,
@@ -159,6 +169,14 @@ class Choices:
             told_of_segments = {key: value for key, value in settings.items() if value is not None}
             request = request.with_segments(self.segments, **told_of_segments)
         return request if self.preset is None else request.with_preset(self.preset)
+
+    def _frames(self) -> int | str | None:
+        if self.frames is None or self.frames == "all" or re.fullmatch(r"[1-9]\d*:[1-9]\d*(:[1-9]\d*)?", self.frames):
+            return self.frames
+        if re.fullmatch(r"[1-9]\d*", self.frames):
+            return int(self.frames)
+        msg = f"--frames is {self.frames}, and must be all, a number, or FIRST:LAST[:STEP]"
+        raise typer.BadParameter(msg)
 
     def _nan(self) -> float | str | None:
         if self.nan is None or self.nan == "outside":

@@ -63,7 +63,7 @@ def inspect(
     manifest = opened.manifest
     right = right_up_to_pixels(package)
     if as_json:
-        record = manifest.model_dump(mode="json", exclude_none=True)
+        record = opened.whole.model_dump(mode="json", exclude_none=True)
         judged = {"right_up_to_pixels": right} if right else {}
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record, **judged})
         return

@@ -183,6 +183,9 @@ def _general(manifest: "Manifest") -> Rows:
     ]
     if manifest.channels:
         rows += _scan(manifest)
+    if manifest.frames:
+        times = [f"{frame.time_s:.6g}" for frame in manifest.frames if frame.time_s is not None]
+        rows.append(("frames", f"{len(manifest.frames)}{f', from {times[0]} to {times[-1]} s' if times else ''}"))
     if manifest.render is not None:
         render = manifest.render
         allowed, previews = render.tolerance, render.tolerance.of_previews

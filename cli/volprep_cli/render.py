@@ -16,6 +16,7 @@ Eye = Annotated[
         help="Look from this point at the middle of the volume instead: x,y,z in millimetres (LPS).", metavar="X,Y,Z"
     ),
 ]
+Frame = Annotated[int, typer.Option(min=0, help="Frame of a time series, from 0 on.", metavar="NUMBER")]
 Point = Annotated[
     int | None,
     typer.Option(
@@ -62,6 +63,7 @@ def render(
     eye: Eye = None,
     size: Size = "512x512",
     level: Level = None,
+    frame: Frame = 0,
     point: Point = None,
     transfer: Transfer = None,
     background: Background = "black",
@@ -95,6 +97,7 @@ def render(
         shape_hw=(height, width),
         background=background,
         level=level,
+        frame=frame,
         point=point,
         transfer=transfer,
         step_mm=step,

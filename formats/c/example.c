@@ -237,8 +237,8 @@ static void hide(volpkg_drawing* drawing, const char* name) {
 }
 
 int main(int count, char** words) {
-    static const char* const names[] = {"--view", "--transfer", "--hide", "--level", "--point", "--size"};
-    const char* chosen[] = {"anterior", NULL, NULL, "-1", "-1", "512"};
+    static const char* const names[] = {"--view", "--transfer", "--hide", "--level", "--point", "--size", "--frame"};
+    const char* chosen[] = {"anterior", NULL, NULL, "-1", "-1", "512", "0"};
     int level, point, i, k = 0;
     picture made = {NULL, 0};
     static char room[1 << 17];
@@ -251,14 +251,15 @@ int main(int count, char** words) {
     const volpkg_package* package;
     size_t bytes;
     void* arena;
-    for (i = 3; i + 1 < count && k < 6; i += 2) {
-        for (k = 0; k < 6 && strcmp(words[i], names[k]) != 0;) ++k;
-        if (k < 6) chosen[k] = words[i + 1];
+    for (i = 3; i + 1 < count && k < 7; i += 2) {
+        for (k = 0; k < 7 && strcmp(words[i], names[k]) != 0;) ++k;
+        if (k < 7) chosen[k] = words[i + 1];
     }
     level = atoi(chosen[3]), point = atoi(chosen[4]), made.side = atoi(chosen[5]);
-    if (count < 3 || i != count || k == 6 || made.side < 1 || made.side > 8192)
+    if (count < 3 || i != count || k == 7 || made.side < 1 || made.side > 8192)
         fail("usage",
-             "PACKAGE PICTURE.png [--view NAME] [--transfer NAME] [--level N] [--point N] [--hide SEGMENT] [--size N]");
+             "PACKAGE PICTURE.png [--view NAME] [--transfer NAME] [--level N] [--point N] [--frame N] [--hide SEGMENT] "
+             "[--size N]");
     memset(&input, 0, sizeof input);
     if (volpkg_map(words[1], &file, &error) && volpkg_map_folder(words[1], room, sizeof room, &folder, &error))
         fail(words[1], error.text);
@@ -276,7 +277,7 @@ int main(int count, char** words) {
         if (volpkg_choose_slices(package, chosen[1], level, &slices, &error)) fail(words[1], error.text);
         draw_slices(package, &slices, chosen[0], &made);
     } else {
-        if (point < 0 ? volpkg_choose(package, chosen[1], level, &drawing, &error)
+        if (point < 0 ? volpkg_choose_frame(package, chosen[1], level, atoi(chosen[6]), &drawing, &error)
                       : volpkg_choose_point(package, chosen[1], point, &drawing, &error))
             fail(words[1], error.text);
         if (chosen[2]) hide(&drawing, chosen[2]);

@@ -505,10 +505,12 @@ typedef struct volpkg_fidelity {
     double flip;
 } volpkg_fidelity;
 
-/* A picture at a level. An app binds its textures to the samplers of its program, sets uniforms, and draws. */
+/* A picture at a level, of a frame. An app binds its textures to the samplers of its program, and draws. */
 typedef struct volpkg_drawing_record {
     /* Number of the level. */
     int32_t level;
+    /* Number of the frame in `frames` of the manifest; absent means 0. -1 if absent. */
+    int32_t frame;
     /* Name of the program; absent on OpenGL ES 1.1, which draws the slices of `textures`. "" if absent. */
     const char* program;
     /* Names of textures: one for each sampler of the program, in their order; or all stacks of slices. */
@@ -1050,6 +1052,12 @@ typedef struct volpkg_proxy {
     VOLPKG_LIST(volpkg_mesh) meshes;
 } volpkg_proxy;
 
+/* A frame of a time series. */
+typedef struct volpkg_series_frame {
+    /* Time in seconds, on the clock of the scan; absent if it is not known. 0 if absent. */
+    double time_s;
+} volpkg_series_frame;
+
 /* One of the media of a picture: a channel, seen through a transfer function. */
 typedef struct volpkg_medium {
     /* Name of the channel. */
@@ -1079,7 +1087,8 @@ typedef struct volpkg_picture {
        does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
        blue light, and extinction. */
     volpkg_mixing mixing;
-    /* One for each level that can be drawn, finest first; in a draft none before its programs are made. */
+    /* One for each frame and each level that can be drawn, frame by frame, finest first; in a draft none before its
+       programs are made. */
     VOLPKG_LIST(volpkg_drawing_record) drawings;
     /* Level 0 drawn from its sub-volumes, if the package has them. NULL if absent. */
     const volpkg_pieces* pieces;
@@ -1302,6 +1311,8 @@ typedef struct volpkg_package {
     /* Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
        cropped. NULL if absent. */
     const volpkg_grid* grid;
+    /* Frames of a time series, in the order of time; absent where the package shows one volume. NULL if absent. */
+    const VOLPKG_LIST(volpkg_series_frame)* frames;
     /* Pictures that a user can choose, the default one first. */
     VOLPKG_LIST(volpkg_picture) pictures;
     /* Segments of the scan, for the picture that has their name. NULL if absent. */
@@ -1454,6 +1465,11 @@ typedef struct volpkg_drawing {
  */
 volpkg_code volpkg_choose(const volpkg_package* package, const char* transfer, int32_t level, volpkg_drawing* drawing,
                           volpkg_error* error);
+
+/* The same for a frame of a time series, from 0 to package->frames->count - 1. Textures that did not change keep their
+ * names. */
+volpkg_code volpkg_choose_frame(const volpkg_package* package, const char* transfer, int32_t level, int32_t frame,
+                                volpkg_drawing* drawing, volpkg_error* error);
 
 /*
  * The same with a program whose rays begin and end at a mesh, which its pass of geometry VOLPKG_GEOMETRY_MESH draws.
@@ -3091,6 +3107,7 @@ VOLPKG__RECORDS(volpkg__fidelity_record, volpkg_fidelity, volpkg__fidelity_field
 VOLPKG__MAYBE(volpkg__fidelity_record_pointer, volpkg__fidelity_record)
 static const volpkg__field volpkg__drawing_fields[] = {
     {"level", &volpkg__int, offsetof(volpkg_drawing_record, level), VOLPKG__NEEDED, 0, NULL},
+    {"frame", &volpkg__int_from_0, offsetof(volpkg_drawing_record, frame), VOLPKG__NULLABLE, -1, NULL},
     {"program", &volpkg__string, offsetof(volpkg_drawing_record, program), VOLPKG__NULLABLE, 0, NULL},
     {"textures", &volpkg__string_list_to_64, offsetof(volpkg_drawing_record, textures), VOLPKG__NEEDED, 0, NULL},
     {"values", &volpkg__uniform_value_record_list_to_16, offsetof(volpkg_drawing_record, values), VOLPKG__NEEDED, 0,
@@ -3369,7 +3386,7 @@ static const volpkg__field volpkg__texture_fields[] = {
     {"slices", &volpkg__slice_layout_record_pointer, offsetof(volpkg_texture, slices), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__texture_record, volpkg_texture, volpkg__texture_fields)
-VOLPKG__MANY(volpkg__texture_record_list_to_4096, volpkg__texture_record, 0, 4096.0)
+VOLPKG__MANY(volpkg__texture_record_list_to_16384, volpkg__texture_record, 0, 16384.0)
 static const volpkg__field volpkg__palette_entry_fields[] = {
     {"colour", &volpkg__real_from_0_to_1_x3, offsetof(volpkg_palette_entry, colour), VOLPKG__NEEDED, 0, NULL},
     {"extinction_per_mm", &volpkg__real_from_0, offsetof(volpkg_palette_entry, extinction_per_mm), VOLPKG__NEEDED, 0,
@@ -3440,6 +3457,12 @@ static const volpkg__field volpkg__proxy_fields[] = {
 VOLPKG__RECORDS(volpkg__proxy_record, volpkg_proxy, volpkg__proxy_fields)
 VOLPKG__MAYBE(volpkg__proxy_record_pointer, volpkg__proxy_record)
 VOLPKG__MAYBE(volpkg__grid_record_pointer, volpkg__grid_record)
+static const volpkg__field volpkg__series_frame_fields[] = {
+    {"time_s", &volpkg__real, offsetof(volpkg_series_frame, time_s), VOLPKG__NULLABLE, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__series_frame_record, volpkg_series_frame, volpkg__series_frame_fields)
+VOLPKG__MANY(volpkg__series_frame_record_list_1_to_1024, volpkg__series_frame_record, 1, 1024.0)
+VOLPKG__MAYBE(volpkg__series_frame_record_list_1_to_1024_pointer, volpkg__series_frame_record_list_1_to_1024)
 static const volpkg__field volpkg__picture_medium_fields[] = {
     {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
@@ -3449,7 +3472,7 @@ VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_
 static const volpkg__named volpkg__mixing_words[] = {{"one", VOLPKG_MIXING_ONE}, {"sum", VOLPKG_MIXING_SUM},
     {"labels", VOLPKG_MIXING_LABELS}, {"colour", VOLPKG_MIXING_COLOUR}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__mixing_word, VOLPKG__NAMED, 0, volpkg__mixing_words)
-VOLPKG__MANY(volpkg__drawing_record_list_to_64, volpkg__drawing_record, 0, 64.0)
+VOLPKG__MANY(volpkg__drawing_record_list_to_16384, volpkg__drawing_record, 0, 16384.0)
 static const volpkg__field volpkg__pieces_fields[] = {
     {"program", &volpkg__string, offsetof(volpkg_pieces, program), VOLPKG__NEEDED, 0, NULL},
     {"textures", &volpkg__string_list, offsetof(volpkg_pieces, textures), VOLPKG__NEEDED, 0, NULL},
@@ -3461,7 +3484,7 @@ static const volpkg__field volpkg__picture_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
     {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
     {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
-    {"drawings", &volpkg__drawing_record_list_to_64, offsetof(volpkg_picture, drawings), 0, 0, NULL},
+    {"drawings", &volpkg__drawing_record_list_to_16384, offsetof(volpkg_picture, drawings), 0, 0, NULL},
     {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__picture_record, volpkg_picture, volpkg__picture_fields)
@@ -3639,7 +3662,7 @@ VOLPKG__RECORDS(volpkg__program_record, volpkg_program, volpkg__program_fields)
 VOLPKG__MANY(volpkg__program_record_list_to_256, volpkg__program_record, 0, 256.0)
 VOLPKG__MANY(volpkg__file_record_record_list, volpkg__file_record_record, 0, 2147483647.0)
 static const volpkg__field volpkg__manifest_fields[] = {
-    {"textures", &volpkg__texture_record_list_to_4096, offsetof(volpkg_package, textures), 0, 0, NULL},
+    {"textures", &volpkg__texture_record_list_to_16384, offsetof(volpkg_package, textures), 0, 0, NULL},
     {"palettes", &volpkg__palette_record_list_to_1024, offsetof(volpkg_package, palettes), 0, 0, NULL},
     {"skipping", &volpkg__skipping_record_pointer, offsetof(volpkg_package, skipping), VOLPKG__NULLABLE, 0, NULL},
     {"editing", &volpkg__editing_record_pointer, offsetof(volpkg_package, editing), VOLPKG__NULLABLE, 0, NULL},
@@ -3651,6 +3674,8 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"generator", &volpkg__string, offsetof(volpkg_package, generator), VOLPKG__NEEDED, 0, NULL},
     {"profile", &volpkg__device_profile_record, offsetof(volpkg_package, profile), VOLPKG__NEEDED, 0, NULL},
     {"grid", &volpkg__grid_record_pointer, offsetof(volpkg_package, grid), VOLPKG__NULLABLE, 0, NULL},
+    {"frames", &volpkg__series_frame_record_list_1_to_1024_pointer, offsetof(volpkg_package, frames), VOLPKG__NULLABLE,
+     0, NULL},
     {"pictures", &volpkg__picture_record_list_to_256, offsetof(volpkg_package, pictures), 0, 0, NULL},
     {"segments", &volpkg__segments_record_pointer, offsetof(volpkg_package, segments), VOLPKG__NULLABLE, 0, NULL},
     {"compression", &volpkg__compressed_form_record_list, offsetof(volpkg_package, compression), 0, 0, NULL},
@@ -5037,7 +5062,7 @@ static volpkg_code volpkg__drawing_rules(volpkg__reader* r, const volpkg_package
 }
 
 static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package* p) {
-    int32_t i, k;
+    int32_t i, k, levels;
     for (i = 0; i < p->pictures.count; ++i) {
         const volpkg_picture* picture = &p->pictures.at[i];
         const volpkg_pieces* pieces = picture->pieces;
@@ -5048,11 +5073,17 @@ static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package
                          picture->name, "it shows a transfer function that its channel does not have");
             channel = &p->channels.at[owner];
         }
+        for (levels = 0; levels < picture->drawings.count && picture->drawings.at[levels].frame < 1;) ++levels;
+        VOLPKG__RULE(picture->drawings.count == (int64_t)levels * (p->frames != NULL ? p->frames->count : 1),
+                     picture->name, "it does not draw the same levels of each frame");
         for (k = 0; k < picture->drawings.count; ++k) {
             const volpkg_drawing_record* drawing = &picture->drawings.at[k];
-            VOLPKG__RULE(
-                volpkg__level_of(channel, drawing->level) != NULL && (k == 0 || drawing[-1].level < drawing->level),
-                picture->name, "it draws levels that its channel does not have, or not in their order");
+            VOLPKG__RULE(volpkg__level_of(channel, drawing->level) != NULL &&
+                             (k % levels == 0 || drawing[-1].level < drawing->level),
+                         picture->name, "it draws levels that its channel does not have, or not in their order");
+            VOLPKG__RULE(k < levels ||
+                             (drawing->frame == k / levels && drawing->level == picture->drawings.at[k % levels].level),
+                         picture->name, "it does not draw the same levels of each frame");
             VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing));
         }
         if (pieces == NULL) continue;
@@ -5575,6 +5606,7 @@ static volpkg_code volpkg__not_drawn(const volpkg_package* p, const volpkg_pictu
     char known[140] = "", number[16], problem[300];
     int32_t i;
     for (i = 0; picture != NULL && i < picture->drawings.count; ++i) {
+        if (picture->drawings.at[i].frame > 0) break;
         snprintf(number, sizeof number, "%d", (int)picture->drawings.at[i].level);
         volpkg__listed(known, sizeof known, number);
     }
@@ -5607,7 +5639,7 @@ static volpkg_code volpkg__draw_record(const volpkg_package* p, const volpkg_pic
     return volpkg__within_profile(drawing, error);
 }
 
-static volpkg_code volpkg__find_record(const volpkg_package* p, const char* name, int32_t level,
+static volpkg_code volpkg__find_record(const volpkg_package* p, const char* name, int32_t level, int32_t frame,
                                        const volpkg_picture** picture, const volpkg_drawing_record** record,
                                        volpkg_error* error) {
     int32_t i;
@@ -5619,17 +5651,23 @@ static volpkg_code volpkg__find_record(const volpkg_package* p, const char* name
     *picture = volpkg__picture_named(p, name);
     for (i = 0; *picture != NULL && i < (*picture)->drawings.count; ++i) {
         *record = &(*picture)->drawings.at[i];
-        if (level < 0 || (*record)->level == level) return VOLPKG_OK;
+        if ((level < 0 || (*record)->level == level) && frame == ((*record)->frame > 0 ? (*record)->frame : 0))
+            return VOLPKG_OK;
     }
     return volpkg__not_drawn(p, *picture, name ? name : *picture ? (*picture)->name : "", level, error);
 }
 
-volpkg_code volpkg_choose(const volpkg_package* package, const char* picture, int32_t level, volpkg_drawing* drawing,
-                          volpkg_error* error) {
+volpkg_code volpkg_choose_frame(const volpkg_package* package, const char* picture, int32_t level, int32_t frame,
+                                volpkg_drawing* drawing, volpkg_error* error) {
     const volpkg_picture* found;
     const volpkg_drawing_record* record;
-    VOLPKG__TRY(volpkg__find_record(package, picture, level, &found, &record, error));
+    VOLPKG__TRY(volpkg__find_record(package, picture, level, frame, &found, &record, error));
     return volpkg__draw_record(package, found, record, NULL, drawing, error);
+}
+
+volpkg_code volpkg_choose(const volpkg_package* package, const char* picture, int32_t level, volpkg_drawing* drawing,
+                          volpkg_error* error) {
+    return volpkg_choose_frame(package, picture, level, 0, drawing, error);
 }
 
 volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* picture, int32_t level,
@@ -5637,7 +5675,7 @@ volpkg_code volpkg_choose_mesh(const volpkg_package* package, const char* pictur
     const volpkg_picture* found;
     const volpkg_drawing_record* record;
     int32_t i;
-    VOLPKG__TRY(volpkg__find_record(package, picture, level, &found, &record, error));
+    VOLPKG__TRY(volpkg__find_record(package, picture, level, 0, &found, &record, error));
     if (record->at_mesh == NULL)
         return volpkg__cannot_draw(error, found->name, "the package has no mesh for the level, which", record->level);
     VOLPKG__TRY(volpkg__draw_record(package, found, record, volpkg__program_named(package, record->at_mesh->program),

@@ -11,12 +11,12 @@ rgba8unorm-srgb SRGB8_ALPHA8 RGBA -, r16float R16F RED - HALF_FLOAT, rgba16float
 FORMATS = {name: words for name, *words in map(str.split, NAMES.split(","))}  # "-": not in OpenGL ES 2.0
 
 
-def choose(folder, name, level):  # steps 1 and 2
+def choose(folder, name, level, frame):  # steps 1 and 2
     """Return the manifest, a drawing and its program: of the default picture and the finest level for None."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     assert (manifest["format"], manifest["version"][:2], manifest["state"]) == ("volpkg", "1.", "sealed")
     picture = next(picture for picture in manifest["pictures"] if name in (None, picture["name"]))
-    drawing = next(drawing for drawing in picture["drawings"] if level in (None, drawing["level"]))
+    drawing = next(d for d in picture["drawings"] if level in (None, d["level"]) and frame == d.get("frame", 0))
     return manifest, drawing, next(program for program in manifest["programs"] if program["name"] == drawing["program"])
 
 
@@ -63,9 +63,9 @@ def world_from_box(grid):  # step 7
     return np.vstack([np.column_stack([direction, corner]), [0, 0, 0, 1]])
 
 
-def draw(gl, folder, clip_from_world, size, picture=None, level=None):
+def draw(gl, folder, clip_from_world, size, picture=None, level=None, frame=0):
     """Draw one picture of width and height `size` into the framebuffer that is bound."""
-    manifest, drawing, program = choose(folder, picture, level)
+    manifest, drawing, program = choose(folder, picture, level, frame)
     handle = link(gl, folder, program)
     uploaded = [upload(gl, folder, manifest, name) for name in drawing["textures"]]
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer())  # step 6

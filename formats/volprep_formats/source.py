@@ -40,6 +40,8 @@ SourceFormat = Literal[
 
 ChannelName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
 """Name of a channel, which becomes part of names of files."""
+FrameChoice = Literal["all"] | Count | Annotated[str, Field(pattern=r"^([1-9][0-9]{0,5}:){1,2}[1-9][0-9]{0,5}$")]
+"""Frames of a series: all, every so many, or first:last:step, numbered from 1."""
 RepairKind = Literal["gaps", "tilt"]
 """Repairs of slices that do not form a grid."""
 GreyOf = Literal["luminance", "red", "green", "blue"]
@@ -153,6 +155,9 @@ class SourceSpec(Record):
     volume: Count | None = None
     """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME, stacks of ImageJ: number of the volume to
     read, from 1, if there are several: time points, echoes, components, stacks of slices."""
+    frames: FrameChoice | None = None
+    """NIfTI, NRRD, MetaImage, NumPy: the volumes of a file that are frames of a time series, numbered from 1. "all", a
+    number for every so many, or "first:last" or "first:last:step". If absent, one volume is read."""
     volumes_by: Literal["number"] | None = None
     """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
     as for time points of scanners that write nothing else."""
@@ -193,6 +198,20 @@ class SourceSpec(Record):
     """NumPy only: spacing, and the name of the array."""
     mosaic: TileLayout | None = None
     """Mosaic only: number of tiles in the picture, number of slices among them, and the spacing."""
+
+    def frame_numbers(self, count: int) -> range:
+        """Return the numbers of the chosen frames of `count`, from 1; empty if the last one is not there."""
+        if not isinstance(self.frames, str) or self.frames == "all":
+            return range(1, count + 1, self.frames if isinstance(self.frames, int) else 1)
+        first, last, *step = (int(word) for word in self.frames.split(":"))
+        return range(first, last + 1, *step) if last <= count else range(0)
+
+    def at_frame(self, number: int | None = None) -> Self:
+        """Return the source of one frame of a series, the first chosen one if None; any other source as it is."""
+        if self.frames is None:
+            return self
+        first = int(self.frames.split(":")[0]) if isinstance(self.frames, str) and self.frames != "all" else 1
+        return self.model_copy(update={"frames": None, "volume": number or first})
 
     def place(self, base: Path) -> Path:
         """Return the path of the file or folder; a relative one starts at `base`."""
@@ -238,6 +257,12 @@ class SourceSpec(Record):
         elif not self.path:
             msg = "source.path is missing"
             raise ValueError(msg)
+        elif self.frames is not None and self.volume is not None:
+            msg = "source.frames chooses frames of a series, source.volume one volume"
+            raise ValueError(msg)
+        elif self.frames is not None and self.channels:
+            msg = "source.frames is for a source of one channel"
+            raise ValueError(msg)
         elif self.channels and self.channel is not None:
             msg = "source.channel chooses one channel, source.channels all"
             raise ValueError(msg)
@@ -254,6 +279,9 @@ class ChannelSpec(SourceSpec):
     def _has_no_channels_of_its_own(self) -> Self:
         if self.channels:
             msg = f"channel {self.name} has channels of its own"
+            raise ValueError(msg)
+        if self.frames is not None:
+            msg = f"channel {self.name} has frames, which are for a source of one channel"
             raise ValueError(msg)
         return self
 

@@ -145,4 +145,4 @@ def test_the_order_of_stages_follows_from_what_they_read() -> None:
     assert in_order(STAGES[::-1]) != STAGES[::-1]
     for place, stage in enumerate(STAGES):
         assert set(stage.reads) - {"import"} <= {earlier.name for earlier in STAGES[:place]}
-    assert dependents("texture") == {"shaders", "fidelity", "seal"}
+    assert dependents("texture") == {"shaders", "fidelity", "frames", "seal"}

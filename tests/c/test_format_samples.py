@@ -17,6 +17,6 @@ def test_the_example_draws_the_picture_of_a_sample(example_program: Path, name: 
     sample = SAMPLES[name]
     environment = os.environ | {"EGL_PLATFORM": "surfaceless", "GALLIVM_PERF": "no_aos_sampling"}
     command = [example_program, sample.package, tmp_path / "p.png", "--view", "anterior-left", "--size", str(SIDE)]
-    command += [] if sample.point is None else ["--point", str(sample.point)]
+    command += ["--frame", str(sample.frame)] if sample.point is None else ["--point", str(sample.point)]
     subprocess.run(command, check=True, env=environment)
     assert differing(read_pixels(tmp_path / "p.png"), sample) <= LARGEST

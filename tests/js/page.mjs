@@ -18,6 +18,7 @@ export async function pictures(
     edit,
     clip,
     point,
+    frame,
     step,
     light,
     segments,
@@ -36,6 +37,7 @@ export async function pictures(
   const renderer = await createRenderer(gl, pack, options);
   await renderer.ready;
   if (point !== undefined) await renderer.setPoint(point);
+  if (frame) await renderer.setFrame(frame);
   if (edit) await renderer.setTransfer(edit);
   if (clip) await renderer.setClip(clip);
   if (step) renderer.setStep(step);

@@ -15,7 +15,7 @@ WITHOUT_SHADERS = "slices"
 def test_a_page_draws_the_picture_of_a_sample(browser, server, name) -> None:
     sample = SAMPLES[name]
     kind = "webgl2" if Package.open(sample.package).manifest.profile.api == "es3.0" else "webgl"
-    how = {} if sample.point is None else {"point": sample.point}
+    how = {"frame": sample.frame} if sample.point is None else {"point": sample.point}
     found = drawn_in_page(browser, server, sample.package, [sample.box_from_clip], kind=kind, **how)
     assert found.said["error"] == 0
     assert differing(encoded(found.pictures[0], "black"), sample) <= LARGEST

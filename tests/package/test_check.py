@@ -159,6 +159,9 @@ CONTRADICTIONS: dict[str, Change] = {
         "programs", 0, "fragment", to="shaders/other.frag"
     ),
     "preview.png is used as a preview, but has the role texture": set_to("files", 0, "role", to="texture"),
+    "picture bone does not draw the levels [0, 1] of each of 2 frames in their order": lambda manifest: manifest.update(
+        frames=[{}, {}]
+    ),
     "picture bone draws levels [1, 0], which are not levels of its channel in their order": lambda manifest: manifest[
         "pictures"
     ][0]["drawings"].reverse(),

@@ -116,7 +116,7 @@ def test_the_reader_of_the_text_draws_the_picture_of_a_sample(name, reader, tmp_
         file.extractall(tmp_path)
     with context("es3.0"):
         float_target(size)
-        reader.draw(WebGl(), tmp_path, sample.clip_from_world, size)
+        reader.draw(WebGl(), tmp_path, sample.clip_from_world, size, frame=sample.frame)
         found = read_pixels(GLES3.GL_FLOAT, np.float32, size)
     assert differing(encoded(found, "black"), sample) <= LARGEST
 

@@ -25,6 +25,7 @@ class Sample:
     picture: Path
     clip_from_world: np.ndarray
     point: int | None
+    frame: int
 
     @property
     def box_from_clip(self) -> np.ndarray:
@@ -47,7 +48,11 @@ def read_pixels(path: Path) -> np.ndarray:
 
 SAMPLES = {
     entry["picture"].removesuffix(".png"): Sample(
-        FOLDER / entry["package"], FOLDER / entry["picture"], np.array(entry["clip_from_world"]), entry.get("point")
+        FOLDER / entry["package"],
+        FOLDER / entry["picture"],
+        np.array(entry["clip_from_world"]),
+        entry.get("point"),
+        entry.get("frame", 0),
     )
     for entry in json.loads((FOLDER / "samples.json").read_text(encoding="utf-8"))
 }

@@ -14,6 +14,7 @@ from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ClassificationName
 from volprep_formats.package.transfer_function import TransferFunction
@@ -54,6 +55,8 @@ class Case:
     """The source itself, where it has been imported; compression is decided on it."""
     voxels: RawVolume | None = None
     """Stored values of the source, if known; the step of level 0 is measured along rays through them."""
+    frames: tuple[SeriesFrame, ...] = ()
+    """Frames of a time series; none for one volume."""
     drawn_alone: bool = True
     """Whether each of its transfer functions has a picture of its own."""
     segments: FoundSegments | None = None

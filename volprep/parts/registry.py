@@ -11,6 +11,7 @@ from volprep.parts.compression.part import PART as COMPRESSION
 from volprep.parts.editing.part import PART as EDITING
 from volprep.parts.fidelity.part import PART as FIDELITY
 from volprep.parts.flattened.part import PART as FLATTENED
+from volprep.parts.frames.part import PART as FRAMES
 from volprep.parts.hybrid.part import PART as HYBRID
 from volprep.parts.layout.part import PART as LAYOUT
 from volprep.parts.levels.part import PART as LEVELS
@@ -30,6 +31,7 @@ from volprep.parts.values.part import PART as VALUES
 from volprep_formats.package.profile import DeviceProfile
 
 PARTS: tuple[Part, ...] = (
+    FRAMES,
     TOGETHER,
     VALUES,
     LEVELS,

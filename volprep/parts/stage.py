@@ -54,6 +54,8 @@ class Stage:
     """Work for each channel."""
     package: "Work[Plan] | None" = None
     """Work for all channels together; it runs before `channel`."""
+    each_frame: bool = True
+    """Whether it also runs for the later frames of a time series; otherwise its output holds for all."""
     is_needed: "Callable[[Plan], bool]" = _always
     """Whether a plan has anything for it to do."""
     options: tuple[str, tuple[str, ...]] = ("", ())

@@ -61,6 +61,12 @@ def source_volume(draft: Draft, channel: str) -> RawVolume:
     return RawVolume(draft.folder / source_name(channel), info.grid.shape_zyx, np.dtype(info.stored_type))
 
 
+def frame_drafts(draft: Draft) -> tuple[Draft, ...]:
+    """Return the drafts of the frames of a series after the first one, which import made."""
+    numbers = range(1, len(draft.manifest.frames or ()))
+    return tuple(Draft.open(draft.of_frame(number), lasting=False) for number in numbers)
+
+
 def codes_of_source(draft: Draft, plan: "ChannelPlan") -> RawVolume:
     """Return the codes of the plan's channel at the resolution of the source, which quantize wrote."""
     return RawVolume(draft.folder / codes_name(0, plan.channel), plan.grid.shape_zyx, code_type(plan))

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +104,8 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
         sources = {channel.name: each.measured.sha256 for channel, each in read}
         require_same_scan(*device, prepared.profile.name, sources)
     scanned = [each for _, each in read]
+    if prepared.frames:
+        scanned = [_with_frames(prepared, scanned[0], progress)]
     first, segments, labels = scanned[0], None, None
     if prepared.segments is not None:
         segments, found = find_segments(prepared.segments, first.info.grid, progress)
@@ -137,6 +140,19 @@ def _measured(prepared: Prepared, progress: Progress) -> list[tuple[SceneChannel
         measured = measure(source, progress, keep=slabs.append)
         found.append((channel, Scanned(info, measured, voxels=InMemory.of(np.concatenate(slabs)))))
     return found
+
+
+def _with_frames(prepared: Prepared, first: Scanned, progress: Progress) -> Scanned:
+    """Measure the later frames of a series; keep the voxels of the one that stands for all."""
+    found, voxels = first.measured, first.voxels
+    frames = tuple(frame for _, frame in prepared.frames)
+    for number, source in enumerate(prepared.later_frames(first.info, progress), 1):
+        slabs: list[NDArray[np.generic]] = []
+        later = measure(source, progress, keep=slabs.append if voxels is not None else None)
+        found = found.with_frame(later, number, len(frames))
+        if voxels is not None and found.frame == number:
+            voxels = InMemory.of(np.concatenate(slabs))
+    return replace(first, measured=found, voxels=voxels, frames=frames)
 
 
 @contextmanager

@@ -4,12 +4,16 @@ It comes before the plan, which needs its measurements. This file needs neither 
 import` starts at once.
 """
 
+import hashlib
+import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.parts.work import SCENE, is_current, scene_bytes
 from volprep.pipeline.machine_start import START
 from volprep.pipeline.prepare import Prepared
+from volprep.scan.frames import UNTIMED
 from volprep.scan.import_segments import import_segments
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
@@ -53,7 +57,8 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     draft = Draft.open(folder, lasting=not start) if (folder / MANIFEST).exists() else None
     if draft is not None and is_current(NAME, key, draft.manifest):
         return Imported(draft, _scene_of_earlier(prepared, draft), None)
-    heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile)
+    frames = tuple(frame for _, frame in prepared.frames)
+    heading = Heading(name=prepared.scene.name, generator=generator(), profile=prepared.profile, frames=frames or None)
     measured: list[Measured] = []
     records: list[SourceRecord] = []
     for channel, opened, source in prepared.sources(progress, folder.parent):
@@ -61,8 +66,12 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
         found = import_volume(draft, source, progress, channel.name)
         # Some remarks are about the pixels, which have only now been read.
         late = tuple(remark for remark in source.info.remarks if remark not in opened.remarks)
-        info = opened.model_copy(update={"remarks": (*opened.remarks, *late)})
-        records.append(SourceRecord(info=info, sha256=found.sha256))
+        untimed = (UNTIMED,) * any(frame.time_s is None for frame in frames)
+        info = opened.model_copy(update={"remarks": (*opened.remarks, *late, *untimed)})
+        record = SourceRecord(info=info, sha256=found.sha256)
+        records.append(record)
+        for number, later in enumerate(_later_frames(prepared, draft, heading, record, key, progress), 1):
+            found = found.with_frame(later, number, len(frames))
         measured.append(found)
     assert draft is not None  # noqa: S101 - a scene has at least one channel
     segments = None
@@ -79,6 +88,24 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     # Everything that was made of an older source goes.
     draft.commit(StageRecord(name=NAME, key=key, made=made), heading, {record.name for record in draft.manifest.stages})
     return Imported(draft, scene, tuple(measured))
+
+
+def _later_frames(  # noqa: PLR0917 - the draft, and what those of frames share with it
+    prepared: Prepared, draft: Draft, heading: Heading, record: SourceRecord, key: str, progress: Progress
+) -> Iterator[Measured]:
+    """Import the frames of a series after the first one, each to a draft of its own."""
+    name, own = prepared.channels[0].name, heading.model_copy(update={"frames": None})
+    for number, source in enumerate(prepared.later_frames(record.info, progress), 1):
+        folder = draft.of_frame(number)
+        shutil.rmtree(folder, ignore_errors=True)
+        frame = Draft.create(folder, own, lasting=False)
+        found = import_volume(frame, source, progress, name)
+        part = ChannelPart(
+            name=name, source=record.model_copy(update={"sha256": found.sha256}), statistics=found.statistics
+        )
+        frame_key = hashlib.sha256(f"{key} {number}".encode()).hexdigest()
+        frame.commit(StageRecord(name=NAME, key=frame_key, made=(Contribution(channel=part),)))
+        yield found
 
 
 def _scene_of_earlier(prepared: Prepared, draft: Draft) -> Scene:

@@ -29,6 +29,7 @@ from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem, RenderSettings
+from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import RaySampling
 from volprep_formats.source import SourceInfo
@@ -54,6 +55,8 @@ class Scanned:
     """The source itself, where it has been imported. Without it compression is decided by a sample of it."""
     voxels: RawVolume | None = None
     """Its stored values, if known; without them the step of level 0 is decided by a sample."""
+    frames: tuple[SeriesFrame, ...] = ()
+    """Frames of a time series; `voxels` and `whole` are those of one of them."""
 
 
 def make_plan(
@@ -132,6 +135,7 @@ def _cases(
             neighbours=tuple(part.beside for part in parts if part.beside is not None),
             whole=found.whole,
             voxels=found.voxels,
+            frames=found.frames,
             segments=segments,
             labels=labels,
         )

@@ -1,6 +1,6 @@
 """Replace the estimated steps of a plan by the steps that were measured on the levels of its draft."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from volprep.parts.level_choices import choices_of
 from volprep.plan.level_choice import MeasuredStep
@@ -13,19 +13,20 @@ _Key = tuple[str | None, int]
 """Channel and level."""
 
 
-def with_measured_steps(draft: Draft, plan: Plan) -> Plan:
-    """Return the plan with the steps that were measured when levels were made; of several channels the finest counts.
+def with_measured_steps(drafts: Sequence[Draft], plan: Plan) -> Plan:
+    """Return the plan with the steps that were measured when levels were made.
 
-    Without such levels in the draft the plan is returned as it is.
+    Of several channels, and of the frames of a series, each with a draft, the finest step counts. Without such levels
+    the plan is returned as it is.
     """
     if not plan.shared.measure_steps:
         return plan
-    measured: dict[_Key, MeasuredStep] = {
-        (channel.channel, choice.level): choice.step
-        for channel in plan.channels
-        for choice in choices_of(draft, channel)
-        if choice.step is not None
-    }
+    measured: dict[_Key, MeasuredStep] = {}
+    for channel in plan.channels:
+        for choice in (choice for draft in drafts for choice in choices_of(draft, channel)):
+            key = channel.channel, choice.level
+            if choice.step is not None and (key not in measured or choice.step.step_mm < measured[key].step_mm):
+                measured[key] = choice.step
     if not measured:
         return plan
     shared = plan.shared.model_copy(update={"rays": _rays(plan, measured)})

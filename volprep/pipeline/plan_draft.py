@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from volprep.parts.work import FORMS, source_volume
+from volprep.parts.work import FORMS, frame_drafts, source_volume
 from volprep.pipeline.make_plan import Scanned, make_plan
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.records import Plan
@@ -35,10 +35,10 @@ def plan_draft(
     holds the results. Raises the errors of `make_plan`.
     """
     channels = draft.manifest.channels
-    volumes = [source_volume(draft, channel.name) for channel in channels]
+    drafts = (draft, *frame_drafts(draft))
     if measured is None:
-        pairs = zip(channels, volumes, strict=True)
-        measured = tuple(measure_again(each.source, each.statistics, volume) for each, volume in pairs)
+        measured = tuple(_measured_again(drafts, each.name) for each in channels)
+    volumes = [source_volume(drafts[found.frame], each.name) for each, found in zip(channels, measured, strict=True)]
     forms = _tried(draft) if tried is None else [*tried]
     scanned = [
         Scanned(
@@ -46,10 +46,22 @@ def plan_draft(
             found,
             WholeSource(volume, channel.source.info, channel.source.sha256, progress, forms),
             volume,
+            draft.manifest.frames or (),
         )
         for channel, found, volume in zip(channels, measured, volumes, strict=True)
     ]
     return make_plan(scene, profile, scanned, *_segments(draft))
+
+
+def _measured_again(drafts: Sequence[Draft], name: str) -> Measured:
+    """Measure a channel again, in all frames."""
+    found: Measured | None = None
+    for number, draft in enumerate(drafts):
+        channel = next(each for each in draft.manifest.channels if each.name == name)
+        again = measure_again(channel.source, channel.statistics, source_volume(draft, name))
+        found = again if found is None else found.with_frame(again, number, len(drafts))
+    assert found is not None  # noqa: S101 - the draft itself is the first
+    return found
 
 
 def _segments(draft: Draft) -> tuple[FoundSegments, RawVolume] | tuple[()]:

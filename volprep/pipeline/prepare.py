@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from volprep.pipeline.colour_look import IN_COLOUR, in_colour
 from volprep.scan.channels import opened_channel
 from volprep.scan.colour_parts import is_one_source, opened_colours
+from volprep.scan.frames import frames_of, require_same_voxels
 from volprep.scan.import_segments import SegmentSource
 from volprep.scan.label_map import NOT_LABELS, recognise_labels
 from volprep.scan.outside import finite_range
@@ -19,11 +21,12 @@ from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.label_tables.table import LABEL_TABLES
+from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.path_text import no_such_path, path_of_text
 from volprep_formats.progress import Progress, Silent
 from volprep_formats.readers import format_of_source
-from volprep_formats.source import SourceInfo, VolumeSource
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,21 @@ class Prepared:
     """The scene file, absolute; None for a source without a scene."""
     first_look: bool
     """Whether no transfer function was given, so that one is made from the measurements."""
+
+    @cached_property
+    def frames(self) -> tuple[tuple[SourceSpec, SeriesFrame], ...]:
+        """Source and time of each frame of a series; none for one volume. Raises the errors of `frames_of`."""
+        return frames_of(self.channels[0].spec)
+
+    def later_frames(self, first: SourceInfo, progress: Progress) -> Iterator[VolumeSource]:
+        """Open one frame of a series after the other, from the second one on.
+
+        Raises VP1342 for a frame with other voxels than the first one, and the errors of the reader.
+        """
+        for number, (spec, _) in enumerate(self.frames[1:], 2):
+            with opened_channel(self.channels[0].name, spec, None, progress) as source:
+                require_same_voxels(spec.path, number, source.info, first)
+                yield source
 
     @property
     def segments(self) -> SegmentSource | None:
@@ -115,8 +133,9 @@ def prepare(request: Request) -> Prepared:
         if not path.exists():
             raise no_such_path(path)
     first_look = request.first_look
-    # A scan beside its segments is a scan, however few values it has.
-    if request.finds_labels and scene.source.labels is None and not scene.source.channels and scene.segments is None:
+    # A scan beside its segments is a scan, however few values it has, and so is a time series.
+    is_plain = not scene.source.channels and scene.source.frames is None and scene.segments is None
+    if request.finds_labels and scene.source.labels is None and is_plain:
         try:
             scene = _with_recognised_labels(scene)
         except VolprepError as error:

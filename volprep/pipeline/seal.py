@@ -5,6 +5,7 @@ The contents of the package must match the plan, file for file and texel for tex
 
 from volprep.parts.registry import PARTS
 from volprep.parts.stage import Stage, Work
+from volprep.pipeline.frames import STAGE as FRAMES
 from volprep.plan.records import PREVIEW, Plan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution, PlanItem
@@ -59,6 +60,7 @@ def _priced(item: PlanItem, sizes: dict[str, int]) -> PlanItem:
 STAGE = Stage(
     name="seal",
     summary="Turn a draft into a package: draw the preview, write the checksums.",
-    reads=tuple(stage.name for part in PARTS for stage in part.stages),
+    reads=(*(stage.name for part in PARTS for stage in part.stages), FRAMES.name),
     package=Work(_settings, _run),
+    each_frame=False,
 )

@@ -41,6 +41,8 @@ class Shot:
     """Transfer function to draw with; the first if absent."""
     step_mm: float | None
     """Distance of the samples; the package's own if absent."""
+    frame: int = 0
+    """Frame of a time series."""
     edit: Path | None = None
     """File of a transfer function to draw in place of the package's."""
     fill: bool = False
@@ -69,7 +71,7 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     Raises the errors of `Package.open`, `renderer_of`, `load_edit` and `hybrid_picture`, VP5020 and VP5022 for an
     impossible camera.
     """
-    package = Package.open(package_path)
+    package = Package.open(package_path, frame=shot.frame)
     grid = package.manifest.levels[0].grid
     height, width = shot.shape_hw
     camera = camera_of(package.manifest, shot)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from volprep.parts.registry import PARTS
 from volprep.parts.stage import Stage
+from volprep.pipeline.frames import STAGE as FRAMES
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.plan.records import Plan
 from volprep.scan.import_volume import NAME as IMPORT
@@ -21,7 +22,7 @@ def in_order(stages: Sequence[Stage]) -> tuple[Stage, ...]:
     return tuple(done.values())
 
 
-STAGES: tuple[Stage, ...] = in_order([*(stage for part in PARTS for stage in part.stages), SEAL])
+STAGES: tuple[Stage, ...] = in_order([*(stage for part in PARTS for stage in part.stages), FRAMES, SEAL])
 """The stages that follow import. Import comes before the plan, which needs its measurements."""
 
 

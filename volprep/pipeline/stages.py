@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from volprep.parts.level_choices import choices_of
 from volprep.parts.stage import Planned, Stage, Work
-from volprep.parts.work import FORMS, SCENE, is_current, scene_bytes
+from volprep.parts.work import FORMS, SCENE, frame_drafts, is_current, scene_bytes
 from volprep.pipeline.measured_steps import with_measured_steps
 from volprep.pipeline.seal import STAGE as SEAL
 from volprep.pipeline.seal import settled
@@ -42,14 +42,24 @@ def run_stages(draft: Draft, plan: Plan, scene: Scene, progress: Progress) -> tu
 
 
 def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
-    """Run one stage, unless neither its settings nor its inputs have changed since it last ran."""
-    plan = with_measured_steps(draft, plan)
+    """Run one stage, unless neither its settings nor its inputs have changed since it last ran.
+
+    Most stages also run for the later frames of a series.
+    """
+    later = frame_drafts(draft)
+    plan = with_measured_steps((draft, *later), plan)
+    for each in (draft, *(later if stage.each_frame else ())):
+        _run(each, stage, plan, scene, progress)
+
+
+def _run(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
     key = stage_key(stage, plan, draft.manifest)
     if is_current(stage.name, key, draft.manifest):
         return
     record = StageRecord(name=stage.name, key=key, made=tuple(_made(stage, draft, plan, progress)))
     _write_wishes(draft, plan, scene)
     heading = _heading(plan, scene, settled(draft, plan) if stage is SEAL else plan.items)
+    heading = heading.model_copy(update={"frames": draft.manifest.frames})
     # The output of its readers rests on the older one.
     stale = dependents(stage.name) | _unplanned(plan)
     draft.commit(record, heading, stale, order=ORDER, seal=stage is SEAL)

@@ -15,7 +15,7 @@ from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import SliceLayout
-from volprep_formats.package.picture import Mixing
+from volprep_formats.package.picture import Mixing, SeriesFrame
 from volprep_formats.package.program import ProgramDesign
 from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureContent
 from volprep_formats.package.values import PackagePath
@@ -66,6 +66,13 @@ class SkipPlan(Record):
     """One for each level of each transfer function for which it pays."""
     ranges: tuple[BlockRangesPlan, ...]
     """One for each level, where apps are to make tables."""
+
+
+class FramesPlan(Record):
+    """Frames of a time series, whose levels have no tables of their own."""
+
+    frames: tuple[SeriesFrame, ...]
+    """Each frame."""
 
 
 class FlattenedPlan(Record):

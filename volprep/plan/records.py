@@ -6,12 +6,13 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, SerializeAsAny
 
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.products import SegmentsPlan, TogetherPlan
+from volprep.plan.products import FramesPlan, SegmentsPlan, TogetherPlan
 from volprep.scene.scene import Refinement
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
 from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.parts.costs.record import LevelCost
+from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import CompositingName, ProgramDesign, RaySampling, Sampling
 from volprep_formats.package.texture import SampleFilter, TextureContent
@@ -308,6 +309,12 @@ class Plan(Record):
     def segments(self) -> SegmentsPlan | None:
         """The scan with its segments in one picture; None if it has none."""
         return self.channels[0].part(SegmentsPlan)
+
+    @property
+    def frames(self) -> tuple[SeriesFrame, ...]:
+        """Frames of a time series; none for one volume."""
+        found = self.channels[0].part(FramesPlan)
+        return () if found is None else found.frames
 
     @property
     def joint(self) -> TogetherPlan | SegmentsPlan | None:

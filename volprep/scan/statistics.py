@@ -6,7 +6,8 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,11 +66,67 @@ class Measured:
     Few plans need them, and the physical values of a scan of 10 000 slices would take 0.2 GB.
     """
 
+    frame: int = 0
+    """Frame of a series whose voxels stand for all where a plan needs some: the ranges of its blocks are the widest."""
+    widest: float = 0.0
+    """Sum of these ranges; 0 for one volume."""
+    digests: frozenset[str] = frozenset()
+    """Digests of the frames of a series."""
+
+    def with_frame(self, frame: "Measured", number: int, count: int) -> "Measured":
+        """Add the results of frame `number` of a series of `count`, which has the same grid.
+
+        Ranges are those of all frames. The samples of rays and patches stay as large as those of one volume: every
+        `count`-th of them comes from this frame. Equal frames give the results of one of them.
+        """
+
+        def dealt(own: Rays, other: Rays, axis: int) -> Rays:
+            z, y, x = (_dealt(*each, axis, number, count) for each in zip(own, other, strict=True))
+            return z, y, x
+
+        z, y, x = (_joined(*each) for each in zip(self.ranges_zyx, frame.ranges_zyx, strict=True))
+        one, other = self.statistics, frame.statistics
+        own, widest = self.widest or self._width, frame._width
+        low, high = np.minimum(self.blocks.low, frame.blocks.low), np.maximum(self.blocks.high, frame.blocks.high)
+        return replace(
+            self,
+            statistics=Statistics(
+                minimum=min(one.minimum, other.minimum), maximum=max(one.maximum, other.maximum), non_finite=0
+            ),
+            rays_zyx=dealt(self.rays_zyx, frame.rays_zyx, 1),
+            pairs_zyx=dealt(self.pairs_zyx, frame.pairs_zyx, 2),
+            ranges_zyx=(z, y, x),
+            blocks=BlockRanges(low, high, self.blocks.block),
+            stored_patches=_dealt(self.stored_patches, frame.stored_patches, 0, number, count),
+            frame=number if widest > own else self.frame,
+            widest=max(own, widest),
+            digests=(self.digests or frozenset({self.sha256})) | {frame.sha256},
+        )
+
+    @property
+    def _width(self) -> float:
+        low, high = (each.astype(np.float64).sum() for each in (self.blocks.low, self.blocks.high))
+        return float(high - low)
+
     @property
     def faces(self) -> Rays:
         """Physical values on the faces of the box across z, y and x, [first or last, ray]: at both ends of each ray."""
         z, y, x = (rays[[0, -1]] for rays in self.rays_zyx)
         return z, y, x
+
+
+_Dealt = TypeVar("_Dealt", bound=np.generic)
+
+
+def _dealt(own: NDArray[_Dealt], other: NDArray[_Dealt], axis: int, number: int, count: int) -> NDArray[_Dealt]:
+    """Return `own` with every `count`-th entry along an axis, from `number` on, of the other array."""
+    dealt = own.copy()
+    np.moveaxis(dealt, axis, 0)[number::count] = np.moveaxis(other, axis, 0)[number::count]
+    return dealt
+
+
+def _joined(own: Ranges, other: Ranges) -> Ranges:
+    return np.column_stack((np.minimum(own[:, 0], other[:, 0]), np.maximum(own[:, 1], other[:, 1])))
 
 
 class SlabMeasurer:

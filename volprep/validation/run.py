@@ -20,6 +20,7 @@ from volprep.validation.checks.consistency import open_whole
 from volprep.validation.checks.fidelity import fidelity_findings
 from volprep.validation.checks.traced_light import measure_cut_light, measure_light
 from volprep.validation.comparison.coarse_levels import judge_others, unproved
+from volprep.validation.comparison.frames import with_later_frames
 from volprep.validation.comparison.kept_light import kept_light
 from volprep.validation.comparison.level_comparison import compare_levels
 from volprep.validation.comparison.preview import preview_findings
@@ -89,18 +90,20 @@ def measure_package(
         size = picture_size or found.picture_size
         derived = _derived(package, found, scratch, clock, progress)
         derivation = derived.record
-        package = _judged(package, derived.manifest, found.scene.tolerance)
+        whole = _judged(package, derived.manifest, found.scene.tolerance)
+        package = whole.at_frame(0)
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
         subjects = [*_together(package, channels), *_labelled(package, derived, size), *channels.values()]
         subject = subjects[0]
+        benches = [Bench(each, folder, clock, progress) for each in subjects]
         try:
-            measured = _measure([Bench(each, folder, clock, progress) for each in subjects])
+            measured = _measure(benches)
+            programs = with_later_frames(measured.programs, whole, derived.later_frames, benches[0])
         except VolprepError as error:
             if not derivation.findings:
                 raise
             # A fault in the package explains more than a driver's result for it.
             raise error_of(derivation.findings, path) from error
-        programs = measured.programs
         asked = _witnessed(path, source, channels, measured, scratch) if witness else None
         layout = _layout_picture(package, folder) if witness and has_pyvista() else None
         return Report(

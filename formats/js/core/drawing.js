@@ -26,26 +26,19 @@ import { has } from "./shapes.js";
  */
 
 /**
- * The drawing of a level of the picture with this name, or of the first one.
- * @param {import("./types.js").Manifest} manifest @param {number} level @param {string} [name]
- */
-export function drawingOf({ pictures }, level, name = pictures[0].name) {
-  return pictures.find((picture) => picture.name === name)?.drawings.find((drawing) => drawing.level === level);
-}
-
-/**
  * @param {Package} pack
  * @param {string} name of a picture
  * @param {number} index of a level
+ * @param {number} frame
  * @returns {Choice}
  */
-export function choose(pack, name, index) {
+export function choose(pack, name, index, frame) {
   const { manifest } = pack;
   const picture = manifest.pictures.find((each) => each.name === name);
-  const drawing = drawingOf(manifest, index, name);
+  const drawing = picture?.drawings.filter((each) => each.level === index)[frame];
   const channel = manifest.channels.find((each) => each.name === picture?.media[0].channel);
   const level = channel?.levels.find((each) => each.index === index);
-  if (!drawing?.step_mm || !level) throw nothing(pack, name, `level ${index}`);
+  if (!drawing?.step_mm || !level) throw nothing(pack, name, `frame ${frame} of level ${index}`);
   const { program, textures } = namedBy(pack, drawing);
   const values = drawing.values.map(({ source, numbers }) => [source, numbers.length > 1 ? numbers : numbers[0]]);
   // A texture may be called __proto__.

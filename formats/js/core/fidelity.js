@@ -1,5 +1,4 @@
 /** The known error of the picture on the screen against the scan. */
-import { drawingOf } from "./drawing.js";
 
 /** @typedef {import("./renderer.js").Renderer} Renderer */
 /**
@@ -35,6 +34,14 @@ const LIGHTS = {
   cut: "light: of the cut volume",
   whole: "light: of the uncut volume",
 };
+
+/**
+ * The drawing of a level of the picture with this name, or of the first one; of a time series that of the first frame.
+ * @param {import("./types.js").Manifest} manifest @param {number} level @param {string} [name]
+ */
+export function drawingOf({ pictures }, level, name = pictures[0].name) {
+  return pictures.find((picture) => picture.name === name)?.drawings.find((drawing) => drawing.level === level);
+}
 
 /** @param {Renderer} renderer @param {Measured} [measured] @returns {Fidelity | null} null if nothing was drawn */
 export function fidelityOf(renderer, measured) {

@@ -12,7 +12,7 @@ import { load } from "./load.js";
 /** @typedef {import("./options.js").RendererOptions} RendererOptions */
 /** @typedef {import("./package.js").Package} Package */
 /** @typedef {import("../gl/textures.js").Made} Made */
-/** @typedef {{picture: string, level: number, point: number | null}} Want */
+/** @typedef {{picture: string, level: number, point: number | null, frame: number}} Want */
 
 /** Loads the levels of one renderer, and frees them. */
 export class Levels {
@@ -30,7 +30,7 @@ export class Levels {
   /** The drawing in use. @type {Drawn | null} */
   drawn = null;
   /** @type {Want} */
-  want = { picture: "", level: 0, point: null };
+  want = { picture: "", level: 0, point: null, frame: 0 };
   /** Fulfilled when the wanted level is drawn, or another one was asked for. @type {Promise<unknown>} */
   ready = Promise.resolve();
   /** Whether nothing may be loaded any more. */
@@ -58,7 +58,7 @@ export class Levels {
     const fits = this.of(program);
     if (level !== undefined) this.require(program, level);
     else if (!fits.length) this.require(program, Math.max(-1, ...this.#all(program)));
-    this.want = { picture: program, level: level ?? fits[0], point: null };
+    this.want = { ...this.want, picture: program, level: level ?? fits[0] };
     await this.climb(true);
   }
 
@@ -74,9 +74,9 @@ export class Levels {
     });
   }
 
-  /** Throws if the device does not take it. @param {string} picture @param {number} level */
-  require(picture, level) {
-    checkFits(this.#gl, this.#pack, choose(this.#pack, picture, level), this.#options.maxTextureBytes);
+  /** Throws if the device does not take it. @param {string} picture @param {number} level @param {number} [frame] */
+  require(picture, level, frame = 0) {
+    checkFits(this.#gl, this.#pack, choose(this.#pack, picture, level, frame), this.#options.maxTextureBytes);
   }
 
   /**
@@ -88,7 +88,7 @@ export class Levels {
     const levels = this.of(picture);
     if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any level"));
     const level = levels.includes(this.want.level) ? this.want.level : levels[0];
-    this.want = { picture, level, point: null };
+    this.want = { ...this.want, picture, level, point: null };
     return this.climb(false);
   }
 
@@ -102,14 +102,15 @@ export class Levels {
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
-    const { picture, level, point } = this.want;
+    const { picture, level, point, frame } = this.want;
     const now = this.drawn?.choice.level.index;
     const coarser = this.of(picture)
       .filter((each) => each >= level)
       .reverse();
     const from = point === null && now !== undefined && now >= level ? coarser.indexOf(now) : 0;
     const steps = point !== null || (now !== undefined && now < level) ? [level] : coarser.slice(Math.max(from, 0));
-    if (point === null) for (const index of steps) this.#pack.expect(filesOf(this.#pack, picture, index), signal);
+    if (point === null)
+      for (const index of steps) this.#pack.expect(filesOf(this.#pack, picture, index, frame), signal);
     // Files come meanwhile.
     if (!this.device) this.#use(() => (this.device = new Device(this.#gl, this.#pack)));
     /** @type {() => void} */

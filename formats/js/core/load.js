@@ -29,6 +29,7 @@ import { passesOf } from "./shapes.js";
  * @property {string} picture
  * @property {number} level
  * @property {number | null} point
+ * @property {number} frame
  * @property {Map<string, import("../edit/edit.js").Edit>} edits
  * @property {import("../draw/segments.js").Segments | null} segments as an app has changed them
  * @property {Clip | null} clip
@@ -88,8 +89,8 @@ export async function load(wanted) {
 }
 
 /** @param {Wanted} wanted @returns {Promise<Choice>} */
-async function chosen({ pack, picture, level, point, signal }) {
-  if (point === null) return choose(pack, picture, level);
+async function chosen({ pack, picture, level, point, frame, signal }) {
+  if (point === null) return choose(pack, picture, level, frame);
   return (await import("./subvolumes.js")).chooseBlock(pack, picture, point, namedBy, signal);
 }
 

@@ -62,7 +62,7 @@ export class Package {
     /** Pictures that can be drawn, the default one first, with their levels, the finest first. @type {Drawn[]} */
     this.programs = manifest.pictures.map(({ name, mixing = "one", drawings }) => ({
       name,
-      levels: drawings.map(({ level }) => level),
+      levels: drawings.filter(({ frame }) => !frame).map(({ level }) => level),
       together: mixing !== "one",
     }));
   }

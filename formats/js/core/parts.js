@@ -20,7 +20,15 @@ export function usesOf({ editing, subvolumes, proxy }) {
  * @param {import("./types.js").Manifest} manifest
  * @returns {string | undefined}
  */
-export function contradictionOf({ textures, skipping, segments }) {
+export function contradictionOf({ frames, pictures, textures, skipping, segments }) {
+  for (const { name, drawings } of pictures) {
+    const first = drawings.filter(({ frame }) => !frame).length;
+    if (
+      drawings.length !== first * (frames?.length || 1) ||
+      drawings.some(({ frame = 0, level }, i) => frame !== Math.floor(i / first) || level !== drawings[i % first].level)
+    )
+      return `picture ${name} does not draw the same levels of each frame`;
+  }
   const torn = textures.find(({ mosaic, shape_zyx: [, ...shape] }) =>
     mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]),
   );

@@ -7,10 +7,10 @@ import { passesOf } from "./shapes.js";
 
 /**
  * The files that a level of a picture needs, as far as the manifest says it.
- * @param {Package} pack @param {string} picture @param {number} level
+ * @param {Package} pack @param {string} picture @param {number} level @param {number} frame
  */
-export function filesOf(pack, picture, level) {
-  const { program, textures } = choose(pack, picture, level);
+export function filesOf(pack, picture, level, frame) {
+  const { program, textures } = choose(pack, picture, level, frame);
   const shaders = [program, ...passesOf(program)].flatMap(({ vertex, fragment }) => [vertex, fragment]);
   return [...new Set([...shaders, ...textures.map(({ file }) => file)])];
 }

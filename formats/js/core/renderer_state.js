@@ -75,6 +75,11 @@ export class RendererState extends EventTarget {
     return this._levels.drawn?.choice.level.index ?? -1;
   }
 
+  /** Number of the frame that is drawn. */
+  get frame() {
+    return this._levels.drawn?.choice.drawing?.frame ?? 0;
+  }
+
   /** Levels that the picture has and that fit this device, the finest first. */
   get levels() {
     return this._levels.of(this._levels.want.picture);
@@ -132,6 +137,18 @@ export class RendererState extends EventTarget {
     levels.require(levels.want.picture, index);
     levels.want = { ...levels.want, level: index, point: null };
     return levels.climb(false);
+  }
+
+  /**
+   * Draws another frame of a time series. The picture stays until the textures of the frame are there.
+   * @param {number} frame
+   */
+  async setFrame(frame) {
+    const levels = this._levels;
+    levels.require(levels.want.picture, levels.want.level, frame);
+    levels.want = { ...levels.want, frame };
+    this._changes.version++;
+    return levels.refresh();
   }
 
   /**

@@ -52,7 +52,7 @@
  * @typedef {{segments?: string[], transfer: string}} SegmentLabel
  * @typedef {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: SegmentLabel[]}} Segments
  * @typedef {{rmse: number, maximum: number}} StatedFidelity
- * @typedef {{level: number, program?: string, textures: string[], values: {source: string, numbers: number[]}[], step_mm?: number, at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
+ * @typedef {{level: number, frame?: number, preview_only?: boolean, program?: string, textures: string[], values: {source: string, numbers: number[]}[], step_mm?: number, at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
  * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", drawings: Drawing[], pieces?: {program: string, textures: string[], step_mm: number}}} Picture
  * @typedef {object} Manifest
  * @property {string} name
@@ -63,6 +63,7 @@
  * @property {Channel[]} channels
  * @property {Texture[]} textures
  * @property {Program[]} programs
+ * @property {{time_s?: number}[]} [frames]
  * @property {Picture[]} pictures
  * @property {Skipping} [skipping]
  * @property {{histograms?: JointHistogram[]}} [editing]

@@ -122,6 +122,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "have one for each style",
         "Leave them out of the walk, or build the package without [segments] and with editable = true.",
     ),
+    "VP4054": Diagnostic(
+        ExitStatus.PACKAGE,
+        "{path}: there is no frame {frame}; the package has {count}, from 0 on",
+        "Choose a frame that is there.",
+    ),
     "VP4060": Diagnostic(
         ExitStatus.OUTPUT,
         "{path}: left as it is, because it is {kind} and no file",

@@ -87,4 +87,19 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: there is nothing to judge: {problem}",
         "Give a pyramid of several levels, and a scene with transfer functions over its values.",
     ),
+    "VP1340": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the volumes of the file are not frames of a time series: {what}",
+        "Choose one with --volume N, or source.volume in a scene.",
+    ),
+    "VP1341": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: {wanted} chooses {chosen} frames of a series of {count}; a package has 1 to {most}",
+        "Use --frames all, --frames N for every so many, or --frames FIRST:LAST[:STEP] with numbers from 1 to {count}.",
+    ),
+    "VP1342": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: frame {number} of the series differs from the first one: {difference}",
+        "Give all frames the same grid, type and scale.",
+    ),
 }

@@ -145,6 +145,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "textures.mipmaps needs 3D textures, but profile {profile} has none",
         "Choose a profile with 3D textures, or leave textures.mipmaps out; each level is then a mosaic.",
     ),
+    "VP3073": Diagnostic(
+        ExitStatus.SCENE,
+        "frames of a time series cannot be combined with {what}",
+        "Leave out one of them, or choose one volume with --volume N or source.volume.",
+    ),
     "VP3080": Diagnostic(
         ExitStatus.SCENE,
         "transfer functions cannot be editable together with {what}, which depends on the current functions",

@@ -58,7 +58,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1021": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the file has {shape} values along x, y, z, ...; {problem}",
-        "Use --volume N, or source.volume in a scene, with a number from 1 to {volumes}.",
+        "Use --volume N, or source.volume in a scene, with a number from 1 to {volumes}. If they are frames of a time "
+        "series, use --frames all.",
     ),
     "VP1022": Diagnostic(
         ExitStatus.SOURCE,
@@ -223,7 +224,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: axis {axis} of the NRRD file (kind {kind}) has {size} values for each voxel; one is needed",
         "Use --volume N, or source.volume in a scene, with a number from 1 to {size}, or keep colours with a table "
-        "[colour].",
+        "[colour]. If they are frames of a time series, use --frames all.",
     ),
     "VP1102": Diagnostic(
         ExitStatus.SOURCE,
@@ -244,7 +245,7 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SOURCE,
         "{path}: the MetaImage file has {what}; one value at each place of a volume is needed",
         "Use --volume N, or source.volume in a scene, with the number of a volume or channel, from 1 on; or keep "
-        "colours with a table [colour].",
+        "colours with a table [colour]. If they are frames of a time series, use --frames all.",
     ),
     "VP1122": Diagnostic(
         ExitStatus.SOURCE,
@@ -490,7 +491,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1282": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the array has {what}; a volume needs three axes z, y, x of integers or floating-point numbers",
-        "Save one volume of numbers: numpy.save(file, array).",
+        "Save one volume of numbers: numpy.save(file, array). If its first axis is time, use --frames all.",
     ),
     "VP1283": Diagnostic(
         ExitStatus.SOURCE,

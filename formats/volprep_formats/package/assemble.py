@@ -33,7 +33,8 @@ def assembled(
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
     previews = {(one.channel.name, level) for one in made if one.channel is not None for level in one.previews}
-    return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity, previews)})
+    frames = [each for one in made for each in one.later_frames]
+    return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity, previews, frames)})
 
 
 def _gathered(made: Sequence[Contribution], name: str) -> object:

@@ -14,7 +14,7 @@ from volprep_formats.package.parts.hybrid.record import Hybrid
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
-from volprep_formats.package.picture import Drawing, Picture
+from volprep_formats.package.picture import MOST_FRAMES, Drawing, FrameTextures, Picture, SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import (
     OF_ALL_SAMPLES,
@@ -181,6 +181,8 @@ class Contribution(PartRecords):
     """Fidelity of pictures to the scan, if the scene requests it."""
     previews: tuple[Index, ...] = ()
     """Levels of its channel that are drawn for previews only."""
+    later_frames: tuple[FrameTextures, ...] = ()
+    """Textures of the frames after the first one."""
 
 
 class StageRecord(Record):
@@ -209,6 +211,8 @@ class Heading(Record):
     grid: Grid | None = None
     """Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
     cropped."""
+    frames: Annotated[tuple[SeriesFrame, ...], Field(min_length=1, max_length=MOST_FRAMES)] | None = None
+    """Frames of a time series, in the order of time; absent where the package shows one volume."""
     pictures: tuple[Picture, ...] = ()
     """Pictures that a user can choose, the default one first."""
     segments: Segments | None = None
@@ -267,6 +271,26 @@ class Manifest(Heading, PartRecords):
     def picture(self, name: str | None) -> Picture | None:
         """Return the picture of this name, the default one for None; None if there is no such picture."""
         return next((picture for picture in self.pictures if name in {None, picture.name}), None)
+
+    def at_frame(self, frame: int) -> "Manifest":
+        """Return the manifest with the drawings of one frame, and without the textures of others alone."""
+        shown = [
+            (picture, tuple(each for each in picture.drawings if (each.frame or 0) == frame))
+            for picture in self.pictures
+        ]
+        drawn = {name for _, drawings in shown for drawing in drawings for name in drawing.textures}
+        others = {name for _, drawing in self.drawings for name in drawing.textures} - drawn
+        skipping = self.skipping
+        if skipping is not None:
+            tables = tuple(table for table in skipping.tables if table.texture not in others)
+            skipping = skipping.model_copy(update={"tables": tables})
+        return self.model_copy(
+            update={
+                "pictures": tuple(picture.model_copy(update={"drawings": drawings}) for picture, drawings in shown),
+                "textures": tuple(texture for texture in self.textures if texture.name not in others),
+                "skipping": skipping,
+            }
+        )
 
     @property
     def level_programs(self) -> tuple[PictureProgram, ...]:

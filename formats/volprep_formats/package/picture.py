@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Signed
+from volprep_formats.grid import Count, Index, Signed
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
@@ -94,11 +94,24 @@ class Pieces(Record):
     """Nominal distance of the samples along a ray."""
 
 
+MOST_FRAMES = 1024
+"""Frames of a series at most."""
+
+
+class SeriesFrame(Record):
+    """A frame of a time series."""
+
+    time_s: float | None = None
+    """Time in seconds, on the clock of the scan; absent if it is not known."""
+
+
 class Drawing(Record):
-    """A picture at a level. An app binds its textures to the samplers of its program, sets uniforms, and draws."""
+    """A picture at a level, of a frame. An app binds its textures to the samplers of its program, and draws."""
 
     level: Signed
     """Number of the level."""
+    frame: Index | None = None
+    """Number of the frame in `frames` of the manifest; absent means 0."""
     program: str | None = None
     """Name of the program; absent on OpenGL ES 1.1, which draws the slices of `textures`."""
     textures: tuple[str, ...]
@@ -125,6 +138,18 @@ class Drawing(Record):
         return frozenset(name for name in (self.program, at_mesh) if name is not None)
 
 
+class FrameTextures(Record):
+    """The textures of a frame that differ from those of the first one."""
+
+    instead: dict[str, str]
+    """Name of its texture, by the name of the one of the first frame."""
+
+    def drawing(self, frame: int, first: Drawing) -> Drawing:
+        """Return the drawing of this frame that corresponds to one of the first frame."""
+        textures = tuple(self.instead.get(name, name) for name in first.textures)
+        return first.model_copy(update={"frame": frame, "textures": textures})
+
+
 class Picture(Record):
     """A choice of the user: media, and how they are drawn."""
 
@@ -137,7 +162,8 @@ class Picture(Record):
     does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and blue
     light, and extinction."""
     drawings: tuple[Drawing, ...] = ()
-    """One for each level that can be drawn, finest first; in a draft none before its programs are made."""
+    """One for each frame and each level that can be drawn, frame by frame, finest first; in a draft none before its
+    programs are made."""
     pieces: Pieces | None = None
     """Level 0 drawn from its sub-volumes, if the package has them."""
 

@@ -1,6 +1,7 @@
 """Whether the programs, textures and meshes that pictures name exist."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.picture import PIECES, Picture
@@ -20,9 +21,13 @@ def _picture(manifest: Manifest, picture: Picture) -> Iterator[str]:
             yield f"shows {medium.transfer}, which is no transfer function of {medium.channel}"
             return
     levels = {level.index for level in channels[picture.media[0].transfer].levels}
-    indices = [drawing.level for drawing in picture.drawings]
+    indices = [drawing.level for drawing in picture.drawings if not drawing.frame]
     if indices != sorted(set(indices)) or not set(indices) <= levels:
         yield f"draws levels {indices}, which are not levels of its channel in their order"
+        return
+    frames = range(len(manifest.frames or (None,)))
+    if [(drawing.frame or 0, drawing.level) for drawing in picture.drawings] != [*product(frames, indices)]:
+        yield f"does not draw the levels {indices} of each of {len(frames)} frames in their order"
         return
     programs = {program.name: program for program in manifest.programs}
     textures = {texture.name for texture in manifest.textures}

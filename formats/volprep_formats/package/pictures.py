@@ -10,6 +10,7 @@ from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.picture import (
     AtMesh,
     Drawing,
+    FrameTextures,
     Picture,
     Pieces,
     UniformValue,
@@ -24,16 +25,22 @@ def with_drawings(
     composed: Sequence[ComposedProgram],
     fidelity: Sequence[LevelFidelity],
     previews: Collection[tuple[str, int]],
+    later_frames: Sequence[FrameTextures] = (),
 ) -> tuple[Picture, ...]:
     """Return the pictures of a manifest with all drawings that its programs and textures make.
 
     `previews` are levels that are for previews only, each with its channel.
     """
-    made = _Made(manifest, composed, fidelity, previews)
-    return tuple(
-        picture.model_copy(update={"drawings": tuple(made.drawings(picture)), "pieces": made.pieces(picture.name)})
-        for picture in manifest.pictures
-    )
+    of_later = {name for frame in later_frames for name in frame.instead.values()}
+    first = tuple(texture for texture in manifest.textures if texture.name not in of_later)
+    made = _Made(manifest.model_copy(update={"textures": first}), composed, fidelity, previews)
+    pictures = []
+    for picture in manifest.pictures:
+        drawings = tuple(made.drawings(picture))
+        later = (frame.drawing(number, each) for number, frame in enumerate(later_frames, 1) for each in drawings)
+        found = {"drawings": (*drawings, *later), "pieces": made.pieces(picture.name)}
+        pictures.append(picture.model_copy(update=found))
+    return tuple(pictures)
 
 
 @dataclass(frozen=True)

@@ -20,23 +20,24 @@ class Package:
     def __init__(self, path: Path, manifest: Manifest, channel: str = "") -> None:
         """Use `open`; `channel` is the one that `manifest` shows alone."""
         self._path = path
-        self._manifest = manifest
+        self._whole = self._manifest = manifest
         self._channel = channel
         self._records = {record.path: record for record in manifest.files}
 
     @classmethod
-    def open(cls, path: Path, *, allow_draft: bool = False) -> Self:
-        """Open the package at `path`, a folder or a zip.
+    def open(cls, path: Path, *, allow_draft: bool = False, frame: int = 0) -> Self:
+        """Open the package at `path`, a folder or a zip, as that of one frame where it is a time series.
 
         Ignores keys, and files and textures of roles, that a later minor version may add. Raises VP4001 if there is
         none, VP4002 for another kind of thing, VP4003 for another major version, VP4004 for a manifest that breaks the
         schema, VP4005 for a draft unless `allow_draft`, VP4070 for a required extension. For a sealed package in which
-        anything is wrong that shows without reading its files: VP4007, VP4008, VP4010, VP4011.
+        anything is wrong that shows without reading its files: VP4007, VP4008, VP4010, VP4011. VP4054 if there is no
+        such frame.
         """
         package = cls.open_any(path, allow_draft=allow_draft)
         if package.manifest.state == "sealed":
             require_sound(path, package.manifest)
-        return package
+        return package.at_frame(frame)
 
     @classmethod
     def open_any(cls, path: Path, *, allow_draft: bool = False, strict: bool = False) -> Self:
@@ -67,6 +68,11 @@ class Package:
         return self._manifest
 
     @property
+    def whole(self) -> Manifest:
+        """The manifest with all frames and channels."""
+        return self._whole
+
+    @property
     def channel(self) -> str:
         """Channel that is shown alone; "" where all are shown."""
         return self._channel
@@ -76,6 +82,13 @@ class Package:
         seen = copy(self)
         seen._manifest, seen._channel = manifest, channel
         return seen
+
+    def at_frame(self, frame: int) -> Self:
+        """Return the package as it is for one frame of a time series. Raises VP4054 if there is no such frame."""
+        count = len(self._whole.frames or (None,))
+        if not 0 <= frame < count:
+            raise VolprepError("VP4054", path=self._path, frame=frame, count=count)
+        return self.seen_as(self._whole.at_frame(frame), "") if self._whole.frames else self
 
     def component_of(self, texture: Texture) -> int:
         """Component of the texels of a volume that holds the channel, 0 for red or luminance."""

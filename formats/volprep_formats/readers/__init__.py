@@ -15,6 +15,7 @@ from volprep_formats.readers.foreign_formats import recognised
 from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
+from volprep_formats.readers.time_axis import TimeAxis
 from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
@@ -130,7 +131,7 @@ READERS = (
         "nifti",
         lambda _spec, _path, head: head[344:347] in {b"n+1", b"ni1"} or head[4:7] in {b"n+2", b"ni2"},
         "a NIfTI volume",
-        ("volume", "colour"),
+        ("volume", "frames", "colour"),
         numbers="volume",
     ),
     Reader(
@@ -138,7 +139,7 @@ READERS = (
         "metaimage",
         lambda _spec, _path, head: re.search(rb"^[ \t]*NDims[ \t]*=", head, re.MULTILINE) is not None,
         "a MetaImage volume",
-        ("volume", "colour"),
+        ("volume", "frames", "colour"),
     ),
     Reader(
         "mrtrix",
@@ -147,7 +148,13 @@ READERS = (
         "an MRtrix image",
         ("volume",),
     ),
-    Reader("nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD", "an NRRD volume", ("volume", "colour")),
+    Reader(
+        "nrrd",
+        "nrrd",
+        lambda _spec, _path, head: head[:4] == b"NRRD",
+        "an NRRD volume",
+        ("volume", "frames", "colour"),
+    ),
     Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV", "an OpenVDB grid", ("colour", "grid")),
     Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head, "a VTK volume", ("colour",)),
     Reader(
@@ -155,7 +162,7 @@ READERS = (
         "numpy_array",
         lambda _spec, path, head: head[:6] == b"\x93NUMPY" or (_ends(path, ".npz") and head[:4] == b"PK\3\4"),
         "a NumPy array",
-        ("colour", "array"),
+        ("volume", "frames", "colour", "array"),
     ),
     Reader("mrc", "mrc", lambda _spec, _path, head: head[208:212] in {b"MAP ", b"MAP\0"}, "an MRC volume"),
     Reader("minc", "minc.reader", _is_minc, "a MINC volume", ("volume",)),
@@ -188,7 +195,7 @@ def title_of(name: str) -> str:
 
 
 def open_source(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
-    """Open the source that `spec` describes; a relative path starts at `base`.
+    """Open the source that `spec` describes, of a series its first frame; a relative path starts at `base`.
 
     Raises VolprepError VP1001 (no such path), VP1002 (unknown format), VP1003 (unreadable), VP1004 (settings of another
     format), VP1310 (too long an axis), and the errors of the reader.
@@ -235,6 +242,18 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
     return reader.numbers, names
 
 
+def time_axis_of(spec: SourceSpec, base: Path) -> TimeAxis:
+    """Return the frames that the file of a series has.
+
+    Raises what `open_source` raises, and VP1340 if the file says that its volumes are not frames.
+    """
+    path, reader = _found(spec, base)
+    if "frames" not in reader.keys:
+        raise VolprepError("VP1004", path=path, key="frames", format=reader.name)
+    axis: TimeAxis = import_module(f"{__name__}.{reader.module}").time_axis(spec, path)
+    return axis
+
+
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     path = header_beside(spec.place(base))
     try:
@@ -254,7 +273,8 @@ def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> An
         if getattr(spec, key) not in (None, ()) and key not in reader.keys:
             raise VolprepError("VP1004", path=path, key=key, format=reader.name)
     try:
-        source = getattr(import_module(f"{__name__}.{reader.module}"), function)(spec, path, progress)
+        module = import_module(f"{__name__}.{reader.module}")
+        source = getattr(module, function)(spec.at_frame(), path, progress)
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
     info = source.nominal if isinstance(source, UnevenSource) else source.info

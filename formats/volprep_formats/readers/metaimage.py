@@ -22,6 +22,7 @@ from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
+from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.unpacking import ForwardStream, inflated, joined, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
@@ -79,6 +80,18 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
             "VP1290", path=path, problem=SafeText("it rescales its components (ElementToIntensityFunction)")
         )
     return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
+
+
+def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the fourth axis as time, whose unit the format does not say.
+
+    Raises VP1120, and VP1340 for components of a voxel.
+    """
+    fields, _ = _header(path)
+    channels = _integers(path, fields, "elementnumberofchannels", "1", (1, LONGEST_AXIS))[0]
+    if channels > 1:
+        raise not_time(path, f"its voxels have {channels} components")
+    return TimeAxis(prod(_integers(path, fields, "dimsize", "", (1, LONGEST_AXIS))[3:]))
 
 
 def _layout(path: Path, fields: Fields, spec: SourceSpec) -> tuple[VolumeLayout, int | None]:

@@ -20,6 +20,7 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import ColourVoxels
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.orientation import LPS_FROM_RAS
+from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.voxel_file import VoxelFile, is_gzip, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
 from volprep_formats.regular_files import open_gzipped, open_regular
@@ -27,7 +28,21 @@ from volprep_formats.source import SourceSpec
 
 _UNKNOWN_UNIT = 0
 _MM_PER_UNIT = {_UNKNOWN_UNIT: 1.0, 1: 1000.0, 2: 1.0, 3: 1e-3}
-_LENGTH_BITS = 7  # the other bits of the field are the unit of time
+_LENGTH_BITS, _TIME_BITS = 7, 56
+_SECONDS_PER_UNIT = {8: 1.0, 16: 1e-3, 24: 1e-6}
+_NOT_TIME_UNITS = {32: "Hz", 40: "ppm", 48: "radians per second"}
+_NOT_TIME_INTENTS = {
+    1004: "a matrix at each voxel",
+    1005: "a symmetric matrix at each voxel",
+    1006: "a displacement at each voxel",
+    1007: "a vector at each voxel",
+    1008: "a set of points",
+    1009: "triangles",
+    1010: "a quaternion at each voxel",
+    1011: "numbers without a unit",
+    2003: "red, green and blue",
+    2004: "red, green, blue and alpha",
+}
 _NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
 _NAMES = {32: "COMPLEX64", 128: "RGB24", 1536: "FLOAT128", 1792: "COMPLEX128", 2048: "COMPLEX256", 2304: "RGBA32"}
 _DISAGREEMENT_MM = 1e-2
@@ -79,6 +94,27 @@ def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
     if volumes > _MOST_CHANNELS:
         raise VolprepError("VP1020", path=path, error=f"its header says {volumes} volumes")
     return [""] * volumes
+
+
+def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the fourth axis as time. Raises VP1020, and VP1340 if the file says that it is something else."""
+    header = _header(path)
+    _, volumes = _shape_and_volumes(path, header)
+    sizes = [int(n) for n in header["dim"][4 : 1 + header["dim"][0]]]
+    unit, intent = int(header["xyzt_units"]) & _TIME_BITS, int(header["intent_code"])
+    stem = path.name.removesuffix(".gz").removesuffix(".nii").removesuffix(".hdr")
+    if any(size > 1 for size in sizes[1:]):
+        raise not_time(path, f"dim[5] to dim[7] are {sizes[1:]}: components, not frames")
+    if intent in _NOT_TIME_INTENTS:
+        raise not_time(path, f"intent code {intent} is {_NOT_TIME_INTENTS[intent]}")
+    if unit in _NOT_TIME_UNITS:
+        raise not_time(path, f"its unit is {_NOT_TIME_UNITS[unit]}")
+    if path.with_name(f"{stem}.bval").exists():
+        raise not_time(path, "a file of b-values lies beside it")
+    step, start = float(header["pixdim"][4]), float(header["toffset"])
+    if unit not in _SECONDS_PER_UNIT or not 0.0 < step < np.inf or not np.isfinite(start):
+        return TimeAxis(volumes)
+    return TimeAxis.even(volumes, step * _SECONDS_PER_UNIT[unit], start * _SECONDS_PER_UNIT[unit])
 
 
 def _header(path: Path) -> Any:

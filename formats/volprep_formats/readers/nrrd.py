@@ -20,6 +20,7 @@ from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
+from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.unpacking import (
     MAX_BZIP2_RATIO,
     ForwardStream,
@@ -73,6 +74,9 @@ _COLOUR_KINDS = frozenset(
     ("rgb-color", "rgba-color", "3-color", "4-color", "vector", "3-vector", "4-vector", "list", "???", "none")
 )
 """Kinds of an axis that holds the colours of a voxel. Writers that know no colours say vector."""
+_TIME_KINDS = frozenset(("time", "list", "none", "???"))
+"""Kinds of an axis that may be time. Sequences of 3D Slicer are lists."""
+_SECONDS_PER_UNIT = {**dict.fromkeys(("s", "sec", "seconds"), 1.0), **dict.fromkeys(("ms", "msec"), 1e-3)}
 _VECTOR = re.compile(r"none|\([^()]*\)")
 _UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are assumed"
 
@@ -114,6 +118,30 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
     facts = HeaderFacts("nrrd", grid, remarks)
     return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
+
+
+def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the axis beside those of space as time.
+
+    Raises VP1100 to VP1102, and VP1340 if the file says that it is something else.
+    """
+    fields, _ = _header(path)
+    axes = _axes(path, fields)
+    if axes.of_volumes is None:
+        return TimeAxis(1)
+    axis = axes.of_volumes
+    kind = (fields.get("kinds", "").lower().split() or ["none"] * len(axes.sizes))[axis]
+    if kind not in _TIME_KINDS:
+        raise not_time(path, f"axis {axis + 1} is of kind {kind[:20]}")
+    if any(key.startswith("DWMRI") for key in keys_of(path)):
+        raise not_time(path, "its header lists b-values (DWMRI)")
+    units = re.findall(r'"([^"]*)"', fields.get("units", ""))
+    seconds = _SECONDS_PER_UNIT.get(units[axis].strip()) if axis < len(units) else None
+    words = fields.get("spacings", "").split()
+    step = float(_numbers(path, "spacings", words, len(axes.sizes))[axis]) if words else 0.0
+    if seconds is None or not 0.0 < step < np.inf:
+        return TimeAxis(axes.sizes[axis])
+    return TimeAxis.even(axes.sizes[axis], step * seconds)
 
 
 def _take_colours(path: Path, fields: Fields) -> int:

@@ -163,7 +163,9 @@ def _texture_level(package: Package, index: int) -> LevelSource:
         problem = f"level {index} does not fit its texture, or there is no quantization"
         raise VolprepError("VP4011", path=package.path, problem=problem)
     floating = texels.dtype.kind == "f"
+    frames = len(manifest.frames or ())
     info = SourceInfo(
+        remarks=(f"the first of {frames} frames is read",) if frames else (),
         format="volpkg",
         grid=grid,
         stored_type="float32" if floating else "uint16" if texels.dtype.itemsize == 2 else "uint8",

@@ -27,7 +27,7 @@ from volprep.parts.stage import Stage, Work, any_channel, present
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import classified_name, coarser_levels, codes_name, codes_of_source
 from volprep.plan.level_choice import LevelChoice
-from volprep.plan.products import EditingPlan, SegmentsPlan
+from volprep.plan.products import EditingPlan, FramesPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep.transfer.lookup import lookup_table
@@ -94,7 +94,12 @@ def _drawing(plan: ChannelPlan) -> _Drawing:
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.grid, plan.quantize, *plan.levels, *plan.transfer_functions, *plan.lookups, *plan.preintegrated)
-    return (*common, _drawing(plan), *present(plan.part(EditingPlan)), *(plan.volumes if plan.is_classified else ()))
+    return (
+        *common,
+        _drawing(plan),
+        *present(plan.part(EditingPlan), plan.part(FramesPlan)),
+        *(plan.volumes if plan.is_classified else ()),
+    )
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -189,7 +194,7 @@ def _chooser(
         return ClassifiedChooser(scan, voxels_of(plan))
     if _is_projected(plan):
         return ProjectedChooser(scan, _sight(plan), [level.factors_zyx for level in coarser])
-    if not _is_light_of_tables(plan):
+    if not _is_chosen(plan):
         return None
     return Chooser(
         scan,
@@ -218,7 +223,7 @@ def _lit_levels(
     is_fixed = not (drawing.segments or drawing.labelled or plan.part(EditingPlan) is not None)
     # Whatever filters levels have: the budget is then the same when a level is made again.
     levels = [level for level in coarser if level.lit]
-    if not (levels and is_followed and is_fixed and _is_light_of_tables(plan) and not plan.is_classified):
+    if not (levels and is_followed and is_fixed and _is_chosen(plan) and not plan.is_classified):
         return None
     is_thorough = any(level.refine == "thorough" for level in levels)
     return LitLevels(scan, [level.factors_zyx for level in levels], LIT_THOROUGH if is_thorough else LIT_AUTO)
@@ -226,7 +231,7 @@ def _lit_levels(
 
 def _seen(scan: LevelInput, plan: ChannelPlan) -> SeenLevels | None:
     """Return what measures levels as they are drawn; None where their choice measured just that."""
-    is_measured = _is_projected(plan) or (_is_light_of_tables(plan) and not _drawing(plan).lit)
+    is_measured = _is_projected(plan) or (_is_chosen(plan) and not _drawing(plan).lit)
     return None if plan.is_classified or is_measured else SeenLevels(scan, _sight(plan))
 
 
@@ -256,9 +261,13 @@ def _steps(scan: LevelInput, plan: ChannelPlan) -> LevelSteps | None:
     )
 
 
-def _is_light_of_tables(plan: ChannelPlan) -> bool:
-    """Return whether rays make light of mixed values by lookup tables: labels are not mixed, projections have none."""
-    return not COMPOSITINGS[plan.shared.compositing].level_filters and not plan.quantize.labels
+def _is_chosen(plan: ChannelPlan) -> bool:
+    """Return whether rays make light of mixed values by lookup tables: labels are not mixed, projections have none.
+
+    Tables that follow from one frame of a series would flicker.
+    """
+    of_tables = not COMPOSITINGS[plan.shared.compositing].level_filters and not plan.quantize.labels
+    return of_tables and plan.part(FramesPlan) is None
 
 
 def _is_projected(plan: ChannelPlan) -> bool:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from volprep.parts.registry import PARTS
 from volprep.parts.segments.stage import labels_of_source
 from volprep.parts.source_field import source_field
+from volprep.parts.work import frame_drafts
 from volprep.pipeline.import_draft import Imported, import_draft
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import prepare
@@ -38,6 +39,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.reader import Package
+from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 
 
@@ -51,6 +53,8 @@ class Derived:
     """The manifest that follows, as that of a draft."""
     scans: dict[str, Volume]
     """The scan of each channel at full precision, files that the system maps into memory."""
+    later_frames: tuple[dict[str, Volume], ...] = ()
+    """The same of each later frame of a series."""
     labels: NDArray[np.uint16] | None = None
     """Labels of its segments [z, y, x], numbered as in the package; None if it has none."""
 
@@ -76,11 +80,16 @@ def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> 
             findings=tuple(findings_of(package, draft, _settled(draft, plan))),
         ),
         manifest=draft.manifest,
-        scans={name: source_field(draft, view) for name, view in channel_views(draft.manifest).items()},
+        scans=_scans(draft),
+        later_frames=tuple(_scans(frame) for frame in frame_drafts(draft)),
         labels=None
         if plan.segments is None
         else labels_of_source(draft, plan.segments, draft.manifest.source.info.grid),
     )
+
+
+def _scans(draft: Draft) -> dict[str, Volume]:
+    return {name: source_field(draft, view) for name, view in channel_views(draft.manifest).items()}
 
 
 def _settled(draft: ComparingDraft, plan: Plan) -> tuple[PlanItem, ...]:

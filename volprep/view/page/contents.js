@@ -1,5 +1,5 @@
 /** Contents of the package: parts, omitted items with the reasons, and sizes. */
-import { drawingOf } from "../runtime/drawing.js";
+import { drawingOf } from "../runtime/fidelity.js";
 import { make } from "./dom.js";
 import { bytes, voxels } from "./numbers.js";
 

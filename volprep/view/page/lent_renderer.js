@@ -1,5 +1,5 @@
 /** Lends the renderer of a stage to a measurement, which draws off the screen; the picture stands still meanwhile. */
-import { drawingOf } from "../runtime/drawing.js";
+import { drawingOf } from "../runtime/fidelity.js";
 import { showProblem } from "./problems.js";
 
 /** @typedef {import("../runtime/stage.js").Stage} Stage */

@@ -1,5 +1,5 @@
 /** Choices of the picture: function, level, step, background. */
-import { drawingOf } from "../runtime/drawing.js";
+import { drawingOf } from "../runtime/fidelity.js";
 import { byId, make } from "./dom.js";
 import { isColour } from "./editor.js";
 import { bytes, number, voxels } from "./numbers.js";

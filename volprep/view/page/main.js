@@ -8,6 +8,7 @@ import { cutControls } from "./cut.js";
 import { byId, make } from "./dom.js";
 import { functionEditor } from "./editor.js";
 import { json, packageSource, settings } from "./files.js";
+import { frameControls } from "./frames.js";
 import { lightControls, lightLine } from "./light.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
@@ -69,7 +70,9 @@ async function showVolume(viewer, told) {
     if (picture !== renderer.program) editor.show();
     picture = renderer.program;
     slices.show();
-    if (report) {
+    // The report has the views of the first frame.
+    if (report && renderer.frame) byId("error").replaceChildren("The report measures the first frame here.");
+    else if (report) {
       const now = {
         transfer: renderer.program,
         level: renderer.level,
@@ -90,6 +93,7 @@ async function showVolume(viewer, told) {
     changed();
   });
   stage.gl.canvas.addEventListener("webglcontextrestored", () => showProblem(null));
+  frameControls(stage);
   toggle("ruler", viewer, "measuring");
   if (told.truth && report) {
     measureControls(byId("measure"), told, {

@@ -2,7 +2,7 @@
  * The measurement: nine views and a sweep of steps and levels, drawn here, read back, compared with the truth, timed.
  * Pictures come first, then times, so that a device that must stop early has reported its errors before its speed.
  */
-import { drawingOf } from "../runtime/drawing.js";
+import { drawingOf } from "../runtime/fidelity.js";
 import { errorOf, truthPicture } from "./compare.js";
 import { deviceNames } from "./device.js";
 import { file, json } from "./files.js";
@@ -256,7 +256,7 @@ class Run {
 
   /** The package's own step at the level of a program. @param {TruthProgram} program */
   #stepOf({ transfer, level }) {
-    return drawingOf(this.bench.manifest, level, transfer)?.step_mm;
+    return drawingOf(this.bench.manifest, level, transfer)?.step_mm ?? 0;
   }
 
   /** @param {number[]} matrix @param {number} step */

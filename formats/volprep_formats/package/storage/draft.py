@@ -146,6 +146,10 @@ class Draft:
         self._begin()
         return self._folder / _KEPT / stage
 
+    def of_frame(self, frame: int) -> Path:
+        """Return the folder for the draft of a later frame of a series. It goes when this draft is sealed."""
+        return self._folder / _KEPT / "frames of a series" / str(frame)
+
     def commit(
         self,
         stage: StageRecord,

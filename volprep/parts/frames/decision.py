@@ -1,0 +1,92 @@
+"""What frames of a time series can be combined with, and the settings that keep still voxels still.
+
+One plan holds for all frames. What would follow from the voxels of one frame is left out, or refused.
+"""
+
+from collections.abc import Iterator
+from math import prod
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.case import Case
+from volprep.plan.products import FramesPlan
+from volprep.plan.records import ChannelPlan
+from volprep.scene.scene import Scene
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.channel import LevelFilter
+from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.profile import DeviceProfile
+from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
+
+KIND = "frames"
+"""Kind of its item of the plan."""
+_FIXED: frozenset[LevelFilter] = frozenset(
+    {"nearest", "bilinear", "two-step-bilinear", "box", "binomial", "gaussian", "lanczos3"}
+)
+"""Filters by which a texel depends on the voxels around it alone."""
+_EXTREMA: frozenset[LevelFilter] = frozenset({"minimum", "maximum"})
+"""The same, for projections only."""
+
+
+def with_fixed_filter(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
+    """Return the scene of a series with a filter of levels by which voxels that stay the same have the same texels."""
+    if scene.source.frames is None or scene.pyramid.filter != "auto":
+        return scene
+    fixed = next(iter(_extrema(scene)), "box")
+    return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update={"filter": fixed})})
+
+
+def require_possible(scene: Scene, profile: DeviceProfile) -> None:
+    """Raise VP3073 if a series is to have something that is made for one volume."""
+    if scene.source.frames is None:
+        return
+    filters = _FIXED | _extrema(scene)
+    others = {
+        f"profile {profile.name}, which has no shaders": not profile.has_shaders,
+        "[bricks]": scene.bricks is not None,
+        "[grid]": scene.grid is not None,
+        "[segments]": scene.segments is not None,
+        "[proxy]": scene.proxy is not None,
+        "[colour]": scene.colour is not None,
+        "editable": scene.editable,
+        "[normals] that no program reads": scene.normals is not None and scene.render.lighting == "none",
+        "skip.ranges": scene.skip.ranges,
+        "fidelity": scene.fidelity,
+        "source.labels": bool(scene.source.labels),
+        "source.mask": scene.source.mask is not None,
+        'source.nan = "outside"': scene.source.nan == "outside",
+        f'lighting.baked = "{scene.lighting.baked}"': scene.lighting.baked != "none",
+        f'textures.compression = "{scene.textures.compression}"': scene.textures.compression != "none",
+        f'textures.flatten = "{scene.textures.flatten}"': scene.textures.flatten != "none",
+        "textures.mipmaps": scene.textures.mipmaps,
+        f'pyramid.filter = "{scene.pyramid.filter}", which depends on the data': scene.pyramid.filter not in filters,
+    }
+    for what, wanted in others.items():
+        if wanted:
+            raise VolprepError("VP3073", what=what)
+
+
+def _extrema(scene: Scene) -> frozenset[LevelFilter]:
+    """Return the filter that keeps the values that a projection shows, if the scene draws one."""
+    return _EXTREMA.intersection(COMPOSITINGS[scene.render.compositing].level_filters)
+
+
+def plan_frames(case: Case) -> FramesPlan | None:
+    """Return the frames of a series; None for one volume."""
+    return FramesPlan(frames=case.frames) if case.frames else None
+
+
+def describe_frames(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
+    """Yield the item about the frames. Its files are known when they have been made."""
+    found = plan.part(FramesPlan)
+    if found is None:
+        return
+    times = [frame.time_s for frame in found.frames if frame.time_s is not None]
+    when = f" from {times[0]:.6g} to {times[-1]:.6g} s" if times else ""
+    size = sum(BYTES_PER_TEXEL[volume.format] * prod(volume.shape_zyx) for volume in plan.own_volumes)
+    later = len(found.frames) - 1
+    repeated = later + 1 - len(case.measured.digests or {case.measured.sha256})
+    reason = (
+        f"{len(found.frames)} frames{when}, {size} bytes of voxels each; {repeated} of {later} later ones repeat an "
+        f"earlier one; one window, step and program for all; a texture that stays the same is held once"
+    )
+    yield PlanItem(name="frames", kind=KIND, kept=True, reason=reason, size_bytes=size * (later - repeated))
