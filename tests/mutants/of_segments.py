@@ -63,10 +63,10 @@ OF_SEGMENTS = (
     ),
     Mutant(
         "looks-linear",
-        "the table of looks has no square roots of tints",
+        "the table of looks has no square roots",
         "formats/volprep_formats/package/parts/segments/texels.py",
-        "    table[:, :3] = np.sqrt(table[:, :3])\n",
-        "",
+        "roots[: len(looks)] = np.sqrt(looks)",
+        "roots[: len(looks)] = looks",
         "styles",
         ("tests/validation/test_segment_witness.py::test_it_agrees_with_what_is_right",),
     ),
