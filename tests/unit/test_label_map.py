@@ -1,7 +1,5 @@
 """Label maps are recognised by what a file says and by its voxels; pictures are not taken for them."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +7,9 @@ import pytest
 
 from volprep.pipeline.build import build
 from volprep.pipeline.prepare import prepare
-from volprep.pipeline.remarks import warnings
-from volprep.render.renderer import Renderer
 from volprep.scan.label_map import Recognised, _Sample, _sampled, recognise_labels
-from volprep.scene.profiles import load_profile
-from volprep.scene.request import Request, request_for_source
-from volprep.truth.camera import standard_views
+from volprep.scene.request import request_for_source
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
 from volprep_formats.source import SourceSpec
@@ -125,49 +118,12 @@ def test_structures_of_both_sides_tell_a_map_of_freesurfer(tmp_path: Path) -> No
 def test_a_scan_without_a_scene_says_what_it_was_recognised_as_and_how_to_undo_it(tmp_path: Path) -> None:
     path = write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8))
     scene = prepare(request_for_source(path)).scene
-    assert scene.segments is not None
+    assert scene.source.labels
     assert "2 whole numbers" in scene.recognised
     assert "--no-labels" in scene.recognised
     undone = prepare(request_for_source(path).with_source(labels=False)).scene
-    assert undone.segments is None
+    assert not undone.source.labels
     assert undone.recognised == ""
-
-
-def test_a_label_map_without_a_scene_is_lit_in_the_colours_of_its_labels(tmp_path: Path) -> None:
-    request = request_for_source(write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8)))
-    build(request, tmp_path / "a.volpkg", Silent())
-    package = Package.open(tmp_path / "a.volpkg")
-    assert {each.lighting for each in package.manifest.programs} == {"headlight"}
-    assert [each.number for each in package.manifest.segments.segments] == [3, 7]
-    assert [*warnings(package.manifest)] == []
-    with Renderer(package) as renderer:
-        # From the left the first box hides the other: its middle faces the viewer, and has the colour of its label.
-        grid = renderer.level.grid
-        picture = renderer.render(standard_views(grid, "orthographic")["left"].box_from_clip(grid, 1.0), (64, 64))
-    middle = picture[32, 32]
-    tint = np.array(package.manifest.segments.segments[0].tint)
-    np.testing.assert_allclose(middle[:3], tint * middle[3], atol=0.02)
-    # The edges of the box turn away from the viewer.
-    seen = picture[..., 3] > 0.5
-    brightness = picture[seen][:, :3].sum(axis=1)
-    assert brightness.min() < 0.75 * brightness.max()
-
-
-@pytest.mark.parametrize(
-    "wish",
-    [
-        lambda request: request.with_preset("labels"),
-        lambda request: request.with_source(labels=True),
-        lambda request: replace(request, profile=load_profile("gles2-4096", Path())),
-        lambda request: replace(request, scene=request.scene.model_copy(update={"editable": True})),
-    ],
-    ids=["preset", "stated", "no 3D textures", "editable"],
-)
-def test_labels_stay_flat_where_segments_would_not_do(tmp_path: Path, wish: Callable[[Request], Request]) -> None:
-    request = request_for_source(write_nifti(tmp_path / "a.nii", regions([3, 7]).astype(np.uint8)))
-    scene = prepare(wish(request)).scene
-    assert scene.source.labels
-    assert scene.segments is None
 
 
 def test_a_scan_of_few_values_beside_its_segments_is_no_label_map(tmp_path: Path) -> None:

@@ -17,12 +17,6 @@ from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
 from volprep.scene.first_look import with_first_look, with_segment_styles
-from volprep.scene.lit_labels import (
-    as_segments_of_itself,
-    can_light_labels,
-    is_segments_of_itself,
-    with_lit_labels,
-)
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -79,8 +73,6 @@ class Prepared:
         if not self.first_look:
             return self.scene
         statistics, faces = measured.statistics, measured.faces
-        if segments is not None and is_segments_of_itself(self.scene):
-            return with_lit_labels(self.scene, statistics)
         scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)
         holding = holding_segments(segments) if segments else ()
         return with_segment_styles(scene, self.profile, info, statistics, holding)
@@ -146,8 +138,6 @@ def prepare(request: Request) -> Prepared:
     if request.finds_labels and scene.source.labels is None and is_plain:
         try:
             scene = _with_recognised_labels(scene)
-            if first_look and scene.source.labels and can_light_labels(scene, request.profile):
-                scene = as_segments_of_itself(scene)
         except VolprepError as error:
             if not first_look:
                 raise

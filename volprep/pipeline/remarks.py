@@ -58,12 +58,10 @@ def warnings(manifest: Manifest) -> Iterator[str]:
         return
     for channel in manifest.channels:
         low, high = channel.statistics.minimum, channel.statistics.maximum
-        functions = channel.transfer_functions
-        empty = [each.name for each in functions if Table.exact(each).largest_extinction(low, high) == 0.0]
-        # A style of segments may hide them: it has no picture of its own.
-        for name in empty if manifest.segments is None or len(empty) == len(functions) else ():
-            shown = f"shows none of the scan's values, {low:g} to {high:g}"
-            yield f"transfer function {name} {shown}: its pictures are empty"
+        for function in channel.transfer_functions:
+            if Table.exact(function).largest_extinction(low, high) == 0.0:
+                shown = f"shows none of the scan's values, {low:g} to {high:g}"
+                yield f"transfer function {function.name} {shown}: its pictures are empty"
 
 
 def _without_hounsfield_units(manifest: Manifest) -> Iterator[str]:

@@ -6,9 +6,9 @@ from volprep_formats.label_tables import table_of
 from volprep_formats.label_tables.table import LabelTable, made_colour
 from volprep_formats.source import SourceInfo
 
-LABEL_OPACITY = 0.6
+_OPACITY = 0.6
 """Opacity of a label along the hundredth part of the scan's diagonal, as in the preset "labels"."""
-LABEL_SHARE = 0.01
+_SHARE = 0.01
 
 
 def label_transfer(info: SourceInfo, table: str | None, largest: int) -> SceneTransfer:
@@ -22,8 +22,8 @@ def label_transfer(info: SourceInfo, table: str | None, largest: int) -> SceneTr
     for code, number in enumerate(numbers[1 : largest + 1], 1):
         entry = named.entry(number) if table is not None else None
         colour = made_colour(code) if entry is None else entry.colour
-        opacity = LABEL_OPACITY if entry is None else LABEL_OPACITY * entry.opacity
+        opacity = _OPACITY if entry is None else _OPACITY * entry.opacity
         if not points:
             points.append(ScenePoint(value=0.5, colour=colour, opacity=0.0))
         points += [ScenePoint(value=code + side, colour=colour, opacity=opacity) for side in (-0.5, 0.5)]
-    return SceneTransfer(name="labels", points=tuple(points), reference_share=LABEL_SHARE)
+    return SceneTransfer(name="labels", points=tuple(points), reference_share=_SHARE)

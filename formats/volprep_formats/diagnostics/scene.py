@@ -253,7 +253,7 @@ COMBINED_ENTRIES: dict[str, Diagnostic] = {
     "VP3286": Diagnostic(
         ExitStatus.SCENE,
         "render.lighting {lighting} cannot light labels, because their normals would depend on how they are numbered",
-        "Set render.lighting to none, or name the labels as [segments], which are lit: of the scan that they belong "
-        "to, or of themselves, with the same file as the source.",
+        "Set render.lighting to none. If the labels belong to a scan, name them as the [segments] of this scan: "
+        "segments are lit.",
     ),
 }
