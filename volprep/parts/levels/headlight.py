@@ -123,17 +123,17 @@ def _pieces(
     """
     half_mm, extent_mm = box_mm_xyz
     counts = np.diff(along.offsets)
-    ray = np.repeat(np.arange(len(counts)), counts)
+    (number,) = np.nonzero(wanted)
+    ray = np.repeat(np.arange(len(counts)), counts)[number]
     segment_mm = (along.lengths_mm / counts)[ray]
-    middles_mm = (np.arange(len(wanted)) - along.offsets[ray] + 0.5) * segment_mm
+    middles_mm = (number - along.offsets[ray] + 0.5) * segment_mm
     places = lines.starts_mm_xyz[ray] + middles_mm[:, None] * lines.directions_xyz[ray]
     inner = np.clip(places, half_mm, extent_mm - half_mm)
     is_outer = (inner != places).any(axis=1)
-    is_first = np.zeros(len(wanted), np.bool_)
-    is_first[along.offsets[:-1]] = True
-    begins = wanted & (is_first | is_outer | ~np.append(False, (wanted & ~is_outer)[:-1]))
-    starts = np.flatnonzero(begins)
-    samples = np.bincount(np.cumsum(begins)[wanted] - 1)
-    directions_xyz = lines.directions_xyz[ray[starts]]
-    starts_mm_xyz = inner[starts] - (0.5 * segment_mm[starts])[:, None] * directions_xyz
-    return RaySegments(starts_mm_xyz, directions_xyz, samples * segment_mm[starts]), samples
+    begins = np.ones(len(number), np.bool_)
+    begins[1:] = (np.diff(number) > 1) | (np.diff(ray) > 0) | is_outer[1:] | is_outer[:-1]
+    (first,) = np.nonzero(begins)
+    samples = np.diff(first, append=len(number))
+    directions_xyz = lines.directions_xyz[ray[first]]
+    starts_mm_xyz = inner[first] - (0.5 * segment_mm[first])[:, None] * directions_xyz
+    return RaySegments(starts_mm_xyz, directions_xyz, samples * segment_mm[first]), samples
