@@ -44,8 +44,9 @@ def light_of(codes, lines, threads=0):
 
 def sums_of(codes, lines, light, threads=0):
     sums = np.zeros((*SHAPE, 2), np.float32)
+    room = np.zeros(_native.trace_room(SHAPE), np.float32)
     level = (codes / 65535).astype(np.float32)
-    return _native.trace_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), sums, threads), sums
+    return _native.trace_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), room, sums, threads), sums
 
 
 def cosines_of(codes, lines, offsets):

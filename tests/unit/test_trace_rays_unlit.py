@@ -28,6 +28,7 @@ def light_of(level, lines):
 def sums_of(level, lines, light, weights, threads=0):
     counts = np.diff(sample_slices(np.zeros(SHAPE, np.uint8), SPACING, lines).offsets)
     sums = np.zeros((*SHAPE, 2), np.float32)
+    room = np.zeros(_native.trace_room(SHAPE), np.float32)
     spacing = np.array(SPACING[::-1])
     cost = _native.trace_sums(
         level,
@@ -40,6 +41,7 @@ def sums_of(level, lines, light, weights, threads=0):
         SLOPES,
         light,
         weights,
+        room,
         sums,
         threads,
     )

@@ -16,6 +16,7 @@ using Offsets = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device
 using Table = nb::ndarray<const double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 using Light = nb::ndarray<double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
 using Depths = std::optional<nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
+using Room = nb::ndarray<float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Sums = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 using Shading = std::optional<std::array<double, 7>>;
 
@@ -71,7 +72,7 @@ void light(const AnyVolume& src, double scale, const Points& origins, const Poin
 
 double sums(const Level& level, const Points& origins, const Points& directions, const Numbers& lengths_mm,
             const Offsets& offsets, const Shading& shading, const Table& table, const Table& slopes, const Table& light,
-            const Numbers& weights, const Sums& sums, int threads) {
+            const Numbers& weights, const Room& room, const Sums& sums, int threads) {
     const Shape3 shape = shape_of(level);
     require_voxels(shape);
     require_threads(threads);
@@ -85,10 +86,13 @@ double sums(const Level& level, const Points& origins, const Points& directions,
                 static_cast<int64_t>(sums.shape(2)) == shape.x &&
                 static_cast<int64_t>(sums.shape(3)) == volprep::trace_numbers,
             "sums must have two numbers for each voxel of level");
+    require(static_cast<int64_t>(room.shape(0)) == volprep::trace_room(shape),
+            "room must have as many numbers as trace_room says");
     const RayTarget target{
         {static_cast<int64_t>(table.shape(0)), table.data(), slopes.data()}, light.data(), weights.data()};
     const nb::gil_scoped_release released;
-    return volprep::trace_sums(level.data(), shape, rays, pointer(headlight), target, sums.data(), threads);
+    return volprep::trace_sums(level.data(), shape, rays, pointer(headlight), target, room.data(), sums.data(),
+                               threads);
 }
 
 }  // namespace
@@ -99,7 +103,10 @@ const Definitions definitions([](nb::module_& module) {
                "threads"_a = 0);
     module.def("trace_sums", &sums, "level"_array, "origins"_array, "directions"_array, "lengths_mm"_array,
                "offsets"_array, "shading"_a.none(), "table"_array, "slopes"_array, "light"_array, "weights"_array,
-               "sums"_array, "threads"_a = 0);
+               "room"_array, "sums"_array, "threads"_a = 0);
+    module.def(
+        "trace_room", [](Triple shape_zyx) { return volprep::trace_room({shape_zyx[0], shape_zyx[1], shape_zyx[2]}); },
+        "shape_zyx"_a);
 });
 
 }  // namespace volprep::bind::trace_rays

@@ -27,7 +27,7 @@ from volprep.parts.levels.adapted import fitted_table
 from volprep.parts.levels.aimed import aimed_lines
 from volprep.parts.levels.appearance import SeenBlocks
 from volprep.parts.levels.rays import RaySegments, random_lines, ray_counts, sample_slices
-from volprep.parts.levels.traced import Shading, traced_rays
+from volprep.parts.levels.traced import Shading, TracedRays, traced_rays
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
 
@@ -299,11 +299,16 @@ class Refinement:
         sloped = {name: (table, smoothed_slopes(table, _REACH)) for name, table in tables.items()}
         count = len(self.lines.lengths_mm)
         parts = [self.part(np.arange(first, count, self.parts)) for first in range(min(self.parts, count))]
+        rays = [traced_rays(part.lines, spacing_mm_zyx, self.per_voxel) for part in parts]
+        room = np.zeros(_native.trace_room(begin.shape), np.float32)
+        sums = np.empty((*begin.shape, 2), np.float32)
         level, ahead = begin, begin
         speed = 1.0
         mean = np.zeros(begin.shape, np.float32)
         for step in range(steps):
-            gradient, curvature = parts[step % len(parts)].sums(ahead, sloped, spacing_mm_zyx)
+            number = step % len(parts)
+            parts[number]._write_sums(ahead, sloped, rays[number], room, sums)
+            gradient, curvature = sums[..., 0], sums[..., 1] * np.float32(self.longer)
             if self.steady:
                 mean += (curvature - mean) / np.float32(min(step + 1, len(parts)))
                 curvature = np.maximum(mean, curvature)
@@ -321,20 +326,20 @@ class Refinement:
             level = moved
             yield level
 
-    def sums(
+    def _write_sums(
         self,
         level: Float32Array,
         sloped: Mapping[str, tuple[Float64Array, Float64Array]],
-        spacing_mm_zyx: tuple[float, float, float],
-    ) -> tuple[Float32Array, Float32Array]:
-        """Return gradient and curvature of the squared error of light by each voxel, over all transfer functions."""
-        sums = np.zeros((*level.shape, 2), np.float32)
-        rays = traced_rays(self.lines, spacing_mm_zyx, self.per_voxel)
+        rays: TracedRays,
+        room: Float32Array,
+        sums: Float32Array,
+    ) -> None:
+        """Write gradient and curvature of the squared error of light by each voxel, over all transfer functions."""
         shading = None if self.shading is None else self.shading.numbers
-        voxels, weights = np.ascontiguousarray(level), np.ones(len(self.lines.lengths_mm))
+        weights = np.ones(len(self.lines.lengths_mm))
+        sums[:] = 0.0
         for name, (table, slopes) in sloped.items():
-            _native.trace_sums(voxels, *rays, shading, table, slopes, self.lights[name], weights, sums)
-        return sums[..., 0], sums[..., 1] * np.float32(self.longer)
+            _native.trace_sums(level, *rays, shading, table, slopes, self.lights[name], weights, room, sums)
 
 
 def smoothed_slopes(table: Float64Array, reach: float) -> Float64Array:

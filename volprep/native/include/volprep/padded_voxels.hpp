@@ -29,15 +29,14 @@ struct Padding {
     }
 };
 
+// Writes the voxels into memory [padding.shape], and leaves the margin as it is.
 template <typename T>
-inline std::vector<T> padded(const T* src, Shape3 shape, const Padding& padding) {
-    std::vector<T> result(static_cast<size_t>(padding.shape.voxels()));
+inline void write_padded(const T* src, Shape3 shape, const Padding& padding, T* to) noexcept {
     for (int64_t z = 0; z < shape.z; ++z) {
         for (int64_t y = 0; y < shape.y; ++y) {
-            std::copy_n(src + (z * shape.y + y) * shape.x, shape.x, result.data() + padding.index(z, y, 0));
+            std::copy_n(src + (z * shape.y + y) * shape.x, shape.x, to + padding.index(z, y, 0));
         }
     }
-    return result;
 }
 
 // For each entry of a table the first from there on that shows something or, if slopes count, would if values changed.

@@ -45,10 +45,14 @@ template <typename T>
 void trace_light(const T* src, Shape3 shape, double scale, const Rays& rays, const Headlight* headlight,
                  const SlopedTable& table, double* light, double* depths_mm, int threads);
 
+// Numbers in the room that trace_sums needs for a level.
+int64_t trace_room(Shape3 shape) noexcept;
+
 // Adds gradient and curvature [shape][trace_numbers] of a target to `sums`, and returns the sum of weighted squared
 // errors. level: [shape], values 0 to 1. Rays beside each other in space are faster in this order. The sums do not
-// depend on the number of threads. Throws std::bad_alloc.
+// depend on the number of threads. room: [trace_room(shape)], zeros at first; the next call for a level of this shape
+// takes it as it was left, which saves a quarter of the time. Throws std::bad_alloc.
 double trace_sums(const float* level, Shape3 shape, const Rays& rays, const Headlight* headlight,
-                  const RayTarget& target, float* sums, int threads);
+                  const RayTarget& target, float* room, float* sums, int threads);
 
 }  // namespace volprep
