@@ -1308,7 +1308,7 @@ typedef struct volpkg_package {
     const char* generator;
     /* Class of devices that the package is for. */
     volpkg_profile profile;
-    /* Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
+    /* Voxels of level 0, whether or not the package holds it: all of the source, or a part where its border was
        cropped. NULL if absent. */
     const volpkg_grid* grid;
     /* Frames of a time series, in the order of time; absent where the package shows one volume. NULL if absent. */

@@ -143,7 +143,7 @@ def _measured(prepared: Prepared, progress: Progress) -> list[tuple[SceneChannel
 
 
 def _with_frames(prepared: Prepared, first: Scanned, progress: Progress) -> Scanned:
-    """Measure the later frames of a series; keep the voxels of the one that stands for all."""
+    """Measure the later frames of a series; keep the voxels of the frame that represents all."""
     found, voxels = first.measured, first.voxels
     frames = tuple(frame for _, frame in prepared.frames)
     for number, source in enumerate(prepared.later_frames(first.info, progress), 1):

@@ -32,7 +32,7 @@ def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
         instead: dict[str, str] = {}
         for texture, digest in _digests(frame):
             if first.get(texture.name) != texture:
-                # Programs and drawings are those of the first frame.
+                # All frames have the programs and drawings of the first one.
                 raise VolprepError("VP4042", finding=f"frame {number} needs another texture {texture.name}")
             name = held.setdefault((texture.name, digest), f"{texture.name}-frame{number}")
             if name == f"{texture.name}-frame{number}":
@@ -55,7 +55,7 @@ def _digests(draft: Draft) -> Iterator[tuple[Texture, str]]:
 
 
 def _skipping(first: Skipping | None, frames: list[FrameTextures]) -> Skipping | None:
-    """Describe the skip tables of later frames as those of the first one."""
+    """Describe the skip tables of later frames, which are like the first frame's."""
     if first is None:
         return None
     names = [(name, other) for frame in frames for name, other in frame.instead.items()]

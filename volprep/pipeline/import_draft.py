@@ -90,7 +90,7 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     return Imported(draft, scene, tuple(measured))
 
 
-def _later_frames(  # noqa: PLR0917 - the draft, and what those of frames share with it
+def _later_frames(  # noqa: PLR0917 - the draft, and what drafts of frames share with it
     prepared: Prepared, draft: Draft, heading: Heading, record: SourceRecord, key: str, progress: Progress
 ) -> Iterator[Measured]:
     """Import the frames of a series after the first one, each to a draft of its own."""

@@ -102,7 +102,7 @@ class _Planes:
     places: NDArray[np.intp]
     """Numbers of the slices."""
     ends: tuple[float, float]
-    """Least and greatest finite value of all their voxels; 0 if there is none."""
+    """Least and greatest finite value of all their voxels; 0 without one."""
     not_numbers: int
     """Voxels that are NaN or infinite."""
 

@@ -56,7 +56,7 @@ class Scanned:
     voxels: RawVolume | None = None
     """Its stored values, if known; without them the step of level 0 is decided by a sample."""
     frames: tuple[SeriesFrame, ...] = ()
-    """Frames of a time series; `voxels` and `whole` are those of one of them."""
+    """Frames of a time series; `voxels` and `whole` belong to one of them."""
 
 
 def make_plan(

@@ -1,4 +1,4 @@
-"""Frames of a time series: volumes on one grid, of which the first stands for the channel."""
+"""Frames of a time series: volumes on one grid; the first represents the channel."""
 
 from pathlib import Path
 

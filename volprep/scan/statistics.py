@@ -67,7 +67,7 @@ class Measured:
     """
 
     frame: int = 0
-    """Frame of a series whose voxels stand for all where a plan needs some: the ranges of its blocks are the widest."""
+    """Frame of a series whose voxels represent all where a plan needs some: the ranges of its blocks are the widest."""
     widest: float = 0.0
     """Sum of these ranges; 0 for one volume."""
     digests: frozenset[str] = frozenset()
@@ -76,7 +76,7 @@ class Measured:
     def with_frame(self, frame: "Measured", number: int, count: int) -> "Measured":
         """Add the results of frame `number` of a series of `count`, which has the same grid.
 
-        Ranges are those of all frames. The samples of rays and patches stay as large as those of one volume: every
+        Ranges are joined over all frames. There are as many samples of rays and patches as for one volume: every
         `count`-th of them comes from this frame. Equal frames give the results of one of them.
         """
 

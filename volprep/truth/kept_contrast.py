@@ -1,6 +1,6 @@
-"""Kept contrast: how much of its contrast to what lies around it each thin or small thing of a picture keeps.
+"""Kept contrast: how much of its contrast to its surroundings each thin or small thing of a picture keeps.
 
-For pictures that differ everywhere, such as those of opaque surfaces of noisy scans. There kept light (kept_light.py)
+For pictures that differ everywhere, such as opaque surfaces of noisy scans. There kept light (kept_light.py)
 compares a few hundredths of light with a change of the body behind them, and ended at -12 for lines that one sees.
 
 A thing's *contrast* is the mean over its pixels, weighted by what the opening of the truth removes, less the mean over

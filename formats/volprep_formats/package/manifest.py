@@ -209,7 +209,7 @@ class Heading(Record):
     profile: DeviceProfile
     """Class of devices that the package is for."""
     grid: Grid | None = None
-    """Voxels of level 0, whether or not the package holds it: those of the source, or without its border if that was
+    """Voxels of level 0, whether or not the package holds it: all of the source, or a part where its border was
     cropped."""
     frames: Annotated[tuple[SeriesFrame, ...], Field(min_length=1, max_length=MOST_FRAMES)] | None = None
     """Frames of a time series, in the order of time; absent where the package shows one volume."""

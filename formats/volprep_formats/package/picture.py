@@ -139,7 +139,7 @@ class Drawing(Record):
 
 
 class FrameTextures(Record):
-    """The textures of a frame that differ from those of the first one."""
+    """The textures of a frame that the first frame does not have."""
 
     instead: dict[str, str]
     """Name of its texture, by the name of the one of the first frame."""

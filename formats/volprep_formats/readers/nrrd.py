@@ -121,7 +121,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
 
 def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
-    """Return the axis beside those of space as time.
+    """Return the axis that is not in space as time.
 
     Raises VP1100 to VP1102, and VP1340 if the file says that it is something else.
     """

@@ -1,6 +1,6 @@
-"""What frames of a time series can be combined with, and the settings that keep still voxels still.
+"""Features that frames of a time series may have, and the settings that keep still voxels still.
 
-One plan holds for all frames. What would follow from the voxels of one frame is left out, or refused.
+One plan holds for all frames. A feature that depends on the voxels of one frame is left out, or refused.
 """
 
 from collections.abc import Iterator
@@ -22,13 +22,13 @@ KIND = "frames"
 _FIXED: frozenset[LevelFilter] = frozenset(
     {"nearest", "bilinear", "two-step-bilinear", "box", "binomial", "gaussian", "lanczos3"}
 )
-"""Filters by which a texel depends on the voxels around it alone."""
+"""Filters that make a texel from the voxels around it alone."""
 _EXTREMA: frozenset[LevelFilter] = frozenset({"minimum", "maximum"})
 """The same, for projections only."""
 
 
 def with_fixed_filter(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
-    """Return the scene of a series with a filter of levels by which voxels that stay the same have the same texels."""
+    """Return the scene of a series with a filter of levels that gives voxels that stay the same the same texels."""
     if scene.source.frames is None or scene.pyramid.filter != "auto":
         return scene
     fixed = next(iter(_extrema(scene)), "box")

@@ -17,7 +17,7 @@ from volprep_formats.textures.texel_formats import LookupFormat
 
 
 class LookFormat(NamedTuple):
-    """Format of the table of looks, and what it does to pictures."""
+    """Format of the table of looks, and its error in pictures."""
 
     format: LookupFormat
     """Format of the texels."""

@@ -20,7 +20,7 @@ from volprep_formats.package.reader import Package
 def with_later_frames(
     programs: Sequence[ProgramResult], package: Package, scans: Sequence[Mapping[str, Volume]], bench: Bench
 ) -> tuple[ProgramResult, ...]:
-    """Return the results with those of the later frames, whose `scans` are given; `bench` is that of the first one."""
+    """Return the results with the later frames, whose `scans` are given; `bench` is that of the first one."""
     bench.progress.start("later frames", len(scans))
     found: list[tuple[str, OtherDrawing]] = []
     for number, scan in enumerate(scans, 1):

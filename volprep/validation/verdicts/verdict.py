@@ -143,7 +143,7 @@ def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
 
 
 def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumbers) -> bool:
-    """Return whether a level keeps less light; nothing is less than what is lost altogether."""
+    """Return whether a level keeps less light; light that is lost altogether cannot become less."""
     if level is None or box is None or level.kept_light_at_most is None or box.kept_light is None:
         return False
     kept, of_box = (min(max(each, 0.0), 1.0) for each in (level.kept_light_at_most, box.kept_light))
