@@ -49,20 +49,6 @@ def sums_of(codes, lines, light, threads=0):
     return _native.trace_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), room, sums, threads), sums
 
 
-def test_room_is_left_as_the_next_call_needs_it(codes, lines) -> None:
-    level, room = (codes / 65535).astype(np.float32), np.zeros(_native.trace_room(SHAPE), np.float32)
-    light = np.zeros((len(lines.lengths_mm), 4))
-    found = []
-    for each in (level, 1.0 - level, level):
-        sums = np.zeros((*SHAPE, 2), np.float32)
-        _native.trace_sums(each, *arguments(lines), SLOPES, light, np.ones(len(light)), room, sums)
-        found.append(sums)
-    assert np.array_equal(found[0], found[2])
-    assert not np.array_equal(found[0], found[1])
-    with pytest.raises(ValueError, match="room must have as many numbers as trace_room says"):
-        _native.trace_sums(level, *arguments(lines), SLOPES, light, np.ones(len(light)), room[1:], sums)
-
-
 def cosines_of(codes, lines, offsets):
     """Cosines of rays and gradients; those in the outer half voxels are of the outer voxels, as in shaders."""
     counts = np.diff(offsets)
