@@ -6,23 +6,20 @@ places is found more often; of these so many are dropped that all rays that pass
 pictures. Without that, levels fitted along the rays of a dense stent became 20 % too bright in pictures.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from volprep.parts.levels.appearance import SeenBlocks
-from volprep.parts.levels.rays import RaySegments, in_memory_parts, inside_box, ray_counts, sample_at, unit
+from volprep.parts.levels.rays import RaySegments, in_memory_parts, inside_box, sample_level, unit
 from volprep.scan.in_memory import InMemory
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Grid
 
 _WITHIN = 1e-3
 """Places are at least so far inside the box, as a part of a voxel."""
-_TRIED = 1.6
-"""Times the rays that are still wanted: 0.6 to 0.9 of them are kept."""
-_FEWEST_TRIED = 240
-"""So many at least: how often most are found is known better then."""
+_TRIED = 3
+"""Times the rays that are wanted."""
 _KEPT_BELOW = 30.0
 """Percentile of the rays by how often they are found, up to which all are kept."""
 _MOST_ROUNDS = 20
@@ -66,13 +63,12 @@ def aimed_lines(  # noqa: PLR0917 - where, what, and how many
     if not blocks.seen.any():
         return parts[0]
     aim = _Aim(grid, blocks, aside, along, np.random.default_rng(seed))
-    reach = max(1, round(aside / blocks.edge))
-    nearby = InMemory.of(blocks.share_within(reach))
+    nearby = InMemory.of(blocks.share_within(max(1, round(aside / blocks.edge))))
     found, most = 0, 0.0
     for _ in range(_MOST_ROUNDS):
-        lines = aim.lines(max(math.ceil(_TRIED * (wanted - found)), _FEWEST_TRIED))
+        lines = aim.lines(_TRIED * wanted)
         if len(lines.lengths_mm):
-            often = _often(lines, grid, blocks.edge, nearby, reach)
+            often = _often(lines, grid, blocks.edge, nearby)
             # The same for all rounds, so that no round counts more.
             most = most or float(np.percentile(often, _KEPT_BELOW))
             parts.append(lines.taken(np.flatnonzero(aim.generator.random(len(often)) * often <= most)))
@@ -82,15 +78,13 @@ def aimed_lines(  # noqa: PLR0917 - where, what, and how many
     return RaySegments.joined(parts).part(0, wanted)
 
 
-def _often(lines: RaySegments, grid: Grid, edge: int, nearby: InMemory, reach: int) -> Float64Array:
-    """Return how often each ray is found, up to a common factor: the length along it that is near seen blocks.
-
-    `nearby` are means over `reach` blocks to each side: one sample for so many is enough.
-    """
+def _often(lines: RaySegments, grid: Grid, edge: int, nearby: InMemory) -> Float64Array:
+    """Return how often each ray is found, up to a common factor: the length along it that is near seen blocks."""
     z, y, x = (edge * h for h in grid.spacing_mm_zyx)
     means: list[Float64Array] = []
+    # Shares change little from block to block: one sample for each is enough.
     for part in in_memory_parts(lines, (z, y, x), per_voxel=1):
-        counts = ray_counts(part.lengths_mm / reach, (z, y, x), per_voxel=1)
-        samples = sample_at(nearby, (z, y, x), part, counts)
-        means.append(np.add.reduceat(samples.values, samples.offsets[:-1]) / counts)
+        samples = sample_level(nearby, (z, y, x), part, per_voxel=1)
+        sums = np.concatenate([[0.0], np.cumsum(samples.values, dtype=np.float64)])[samples.offsets]
+        means.append(np.diff(sums) / np.diff(samples.offsets))
     return np.maximum(np.concatenate(means), 1.0) * lines.lengths_mm
