@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from pathlib import PurePosixPath
 
-from volprep.parts.frames.part import STAGE as NAME
 from volprep.parts.registry import PARTS
 from volprep.parts.stage import Stage, Work
 from volprep.parts.work import frame_drafts
+from volprep.plan.products import FramesPlan
 from volprep.plan.records import Plan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import Contribution
@@ -69,7 +69,7 @@ def _skipping(first: Skipping | None, frames: list[FrameTextures]) -> Skipping |
 
 
 STAGE = Stage(
-    name=NAME,
+    name=FramesPlan.STAGE,
     summary="Add the textures of later frames of a time series.",
     reads=tuple(stage.name for part in PARTS for stage in part.stages),
     package=Work(_settings, _run, shapes=None),

@@ -1,6 +1,6 @@
 """Planned contents of a package besides levels and tables, as records that the stages read."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -71,6 +71,8 @@ class SkipPlan(Record):
 class FramesPlan(Record):
     """Frames of a time series, whose levels have no tables of their own."""
 
+    STAGE: ClassVar = "frames"
+    """Name of the stage that adds later frames."""
     frames: tuple[SeriesFrame, ...]
     """Each frame."""
 

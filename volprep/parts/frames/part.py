@@ -3,12 +3,10 @@
 from volprep.parts.case import Case
 from volprep.parts.frames.decision import KIND, describe_frames, plan_frames, require_possible, with_fixed_filter
 from volprep.parts.part import Part
+from volprep.plan.products import FramesPlan
 from volprep.plan.records import Plan
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
-
-STAGE = "frames"
-"""Name of the stage that adds later frames."""
 
 
 def _plan(case: Case) -> Case:
@@ -17,7 +15,7 @@ def _plan(case: Case) -> Case:
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:
     """Complete the item with its files, and with the share of later frames that is held once."""
-    made = next((each for each in draft.manifest.stages if each.name == STAGE), None)
+    made = next((each for each in draft.manifest.stages if each.name == FramesPlan.STAGE), None)
     if made is None:
         return items
     sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role == "texture"}
