@@ -171,12 +171,19 @@ class Choices:
         return request if self.preset is None else request.with_preset(self.preset)
 
     def _frames(self) -> int | str | None:
-        if self.frames is None or self.frames == "all" or re.fullmatch(r"[1-9]\d*:[1-9]\d*(:[1-9]\d*)?", self.frames):
-            return self.frames
-        if re.fullmatch(r"[1-9]\d*", self.frames):
-            return int(self.frames)
-        msg = f"--frames is {self.frames}, and must be all, a number, or FIRST:LAST[:STEP]"
-        raise typer.BadParameter(msg)
+        if self.frames is None:
+            return None
+        from pydantic import TypeAdapter, ValidationError
+
+        from volprep_formats.source import FrameChoice
+
+        is_number = re.fullmatch(r"[1-9][0-9]{0,17}", self.frames) is not None
+        choice: TypeAdapter[int | str] = TypeAdapter(FrameChoice)
+        try:
+            return choice.validate_python(int(self.frames) if is_number else self.frames)
+        except ValidationError:
+            msg = f"--frames is {self.frames}, and must be all, a number, or FIRST:LAST[:STEP]"
+            raise typer.BadParameter(msg) from None
 
     def _nan(self) -> float | str | None:
         if self.nan is None or self.nan == "outside":

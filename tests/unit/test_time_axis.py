@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from time_series import moving, save_series
 
 from volprep.scan.frames import frames_of
+from volprep_cli.choices import Choices
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source, time_axis_of
@@ -101,3 +103,14 @@ def test_formats_without_time_have_no_frames(tmp_path: Path) -> None:
     (tmp_path / "a.mrc").write_bytes(bytes(208) + b"MAP " + bytes(812))
     with pytest.raises(VolprepError, match=r"VP1004 .*frames"):
         times(tmp_path / "a.mrc")
+
+
+@pytest.mark.parametrize("wanted", ["1:99999999", "99999999999", "0", "3:x", "", "9" * 5000])
+def test_frames_that_a_scene_refuses_are_a_wrong_command_line(wanted: str) -> None:
+    with pytest.raises(typer.BadParameter):
+        Choices(frames=wanted)._frames()
+
+
+@pytest.mark.parametrize(("wanted", "chosen"), [("all", "all"), ("3", 3), ("2:9:2", "2:9:2"), (None, None)])
+def test_frames_of_the_command_line_are_those_of_a_scene(wanted: str | None, chosen: str | int | None) -> None:
+    assert Choices(frames=wanted)._frames() == chosen
