@@ -32,8 +32,11 @@ def look_format(segments: Segments, case: Case) -> LookFormat:
     tolerance = case.scene.tolerance
     allowed = SHARE * min(most_of_flip(tolerance), tolerance.rmse)
     formats: tuple[LookupFormat, ...] = ("rgba8unorm", lookup_format(case.profile))
-    tried = [LookFormat(each, off, off > allowed) for each in formats for off in [_error(segments, each, case)]]
-    return next((each for each in tried if not each.is_beyond), tried[-1])
+    for texel_format in formats:
+        off = _error(segments, texel_format, case)
+        if off <= allowed:
+            break
+    return LookFormat(texel_format, off, off > allowed)
 
 
 def _error(segments: Segments, texel_format: LookupFormat, case: Case) -> float:
