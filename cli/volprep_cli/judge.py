@@ -47,10 +47,7 @@ def judge(
         return
     print_line(f"{output}: {len(found.measured)} measurements; allowed are RMSE {found.tolerance_rmse:g}")
     for each in found.measured:
-        kept = (
-            ""
-            if each.kept_contrast is None
-            else f", thin things keep {100 * each.kept_contrast:.0f} % of their contrast"
-        )
+        share = each.kept_contrast
+        kept = "" if share is None else f", thin things keep {100 * share:.0f} % of their contrast"
         size = f"{each.pixels_per_voxel:g} pixels a voxel"
         print_line(f"  {each.look}, level {each.level}, {size}: RMSE {each.rmse:.3g}{kept}")

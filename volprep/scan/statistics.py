@@ -76,7 +76,7 @@ class Measured:
     def with_frame(self, frame: "Measured", number: int, count: int) -> "Measured":
         """Add the results of frame `number` of a series of `count`, which has the same grid.
 
-        Ranges are joined over all frames. There are as many samples of rays and patches as for one volume: every
+        Ranges are joined over all frames. Samples of rays and patches are no more than for one volume: every
         `count`-th of them comes from this frame. Equal frames give the results of one of them.
         """
 
