@@ -128,7 +128,8 @@ def test_several_echoes_at_every_place_are_refused_with_what_tells_them_apart(tm
 
 
 def test_all_images_at_one_place_are_refused(tmp_path) -> None:
-    assert refusal(at((0, 0, 1), (0, 0, 1), (0, 0, 1)), tmp_path).code == "VP2006"
+    images = [image(np.full((3, 4), value, np.int16), (0, 0, 1)) for value in range(3)]
+    assert refusal(images, tmp_path).code == "VP2006"
 
 
 def test_a_slice_of_another_orientation_is_refused_with_its_angle(tmp_path) -> None:

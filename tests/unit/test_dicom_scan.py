@@ -204,6 +204,49 @@ def test_images_that_share_a_uid_and_differ_are_no_copies(tmp_path) -> None:
     assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
 
 
+@pytest.mark.parametrize("again", [(2,), (0, 1, 2, 3, 4)])
+def test_copies_with_a_uid_and_a_number_of_their_own_are_left_out_and_said(tmp_path, again) -> None:
+    save_all(stack(5), tmp_path)
+    for z in again:
+        copy = stack(5)[z]
+        copy.SOPInstanceUID, copy.InstanceNumber = f"1.2.4.{z}", 100 + z
+        save(copy, tmp_path / f"again{z}")
+    info = read_info(tmp_path)
+    assert info.grid.shape_zyx == (5, 3, 4)
+    assert info.remarks == (f"files that are copies of images of the series were left out: {len(again)}",)
+
+
+def test_another_image_at_the_place_of_a_slice_is_refused_though_copies_are_left_out(tmp_path) -> None:
+    images = [*stack(5), stack(5)[1], stack(5)[3]]
+    images[6].PixelData = images[0].PixelData
+    save_all(images, tmp_path)
+    with pytest.raises(VolprepError, match="VP2005 .* I003 and I006, both at") as caught:
+        read_info(tmp_path)
+    assert caught.value.fields["several"] == 1
+
+
+@pytest.mark.parametrize(("blank", "read"), [((1,), 2), ((0, 1, 2, 3), 1)])
+def test_slices_that_two_volumes_share_are_no_copies_unless_all_are(tmp_path, blank, read) -> None:
+    volumes = [stack(4), stack(4)]
+    for k, data in enumerate([*volumes[0], *volumes[1]]):
+        value = 0 if k % 4 in blank else 1 + k // 4
+        data.PixelData, data.InstanceNumber = np.full(12, value, np.int16).tobytes(), k
+        save(data, tmp_path / f"I{k}")
+    if read == 1:
+        assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
+        return
+    with pytest.raises(VolprepError, match="VP2006 .* 2 images at each of 4 places"):
+        read_info(tmp_path)
+
+
+def test_images_that_echoes_share_are_no_copies(tmp_path) -> None:
+    for k, data in enumerate([*stack(4), *stack(4)]):
+        data.EchoTime = str(10 + k // 4)
+        save(data, tmp_path / f"I{k}")
+    with pytest.raises(VolprepError, match="VP2006"):
+        read_info(tmp_path)
+
+
 def directory(path: Path, *, damaged: bool) -> None:
     """Write the directory of a medium without records; a damaged one ends in an element without an end."""
     data = image(np.zeros((2, 2), np.uint8))
