@@ -220,7 +220,7 @@ def test_another_image_at_the_place_of_a_slice_is_refused_though_copies_are_left
     images = [*stack(5), stack(5)[1], stack(5)[3]]
     images[6].PixelData = images[0].PixelData
     save_all(images, tmp_path)
-    with pytest.raises(VolprepError, match="VP2005 .* I003 and I006, both at") as caught:
+    with pytest.raises(VolprepError, match=r"VP2005 .* I003 and I006, both at") as caught:
         read_info(tmp_path)
     assert caught.value.fields["several"] == 1
 
@@ -235,7 +235,7 @@ def test_slices_that_two_volumes_share_are_no_copies_unless_all_are(tmp_path, bl
     if read == 1:
         assert read_info(tmp_path).grid.shape_zyx == (4, 3, 4)
         return
-    with pytest.raises(VolprepError, match="VP2006 .* 2 images at each of 4 places"):
+    with pytest.raises(VolprepError, match=r"VP2006 .* 2 images at each of 4 places"):
         read_info(tmp_path)
 
 
