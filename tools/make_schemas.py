@@ -19,6 +19,7 @@ from volprep.scene.profiles import ProfileFile
 from volprep.scene.scene import Scene
 from volprep.validation.results.report import Report
 from volprep.validation.results.truth import TruthIndex
+from volprep_formats.package.look import VolumeLooks
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 
@@ -27,6 +28,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "ablation.schema.json": Ablation,
     "device.schema.json": DeviceRecord,
     "fidelity.schema.json": StoreFidelity,
+    "looks.schema.json": VolumeLooks,
     "manifest.schema.json": Manifest,
     "profile.schema.json": ProfileFile,
     "curves.schema.json": CurvesReport,

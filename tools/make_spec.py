@@ -21,6 +21,7 @@ from pydantic import BaseModel
 from scene_schema import scene_schema
 
 from volprep.scene.scene import Scene
+from volprep_formats.package.look import VolumeLooks, extras_of, looks_of
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.profile import DeviceProfile
@@ -32,7 +33,7 @@ SCENES = _ROOT / "sample_specs" / "README.md"
 PAGES = sorted({*FIELDS.parent.glob("*.md")} - {FIELDS, EXAMPLE})
 """Written pages of the specification, with examples."""
 DOCUMENTS: dict[Path, tuple[type[BaseModel], ...]] = {
-    FIELDS: (Manifest, SubvolumeGrid),
+    FIELDS: (Manifest, SubvolumeGrid, VolumeLooks),
     SCENES: (DeviceProfile, Scene),
 }
 """Each text with tables, and the models whose fields they list, with every record in them."""
@@ -45,7 +46,7 @@ _FIELDS_HEAD = """# Fields
 
 Generated from the models of volprep. "If absent" gives the default of a field; "none" is no value, or an empty list or
 text. [Manifest](#manifest) is `manifest.json`, [SubvolumeGrid](#subvolumegrid) is the file `grid.json` of
-[sub-volumes](subvolumes.md).
+[sub-volumes](subvolumes.md), [VolumeLooks](#volumelooks) is the record of [looks](looks.md).
 """
 _EXAMPLE_HEAD = """# An example
 
@@ -72,9 +73,10 @@ def generated(path: Path) -> str:
 
 
 def part_of_sample(key: str, sample: str) -> str:
-    """JSON text of a part of the manifest of a sample package."""
+    """JSON text of a part of the manifest of a sample package, or of its looks."""
     with zipfile.ZipFile(_ROOT / "formats" / "samples" / f"{sample}.volpkg.zip") as package:
         value = json.loads(package.read("manifest.json"))
+    value |= extras_of(looks_of(Manifest.model_validate(value)))
     for name, field, wanted in re.findall(r"(\w+)(?:\[(\w+)=([\w-]+)\])?", key):
         value = value[name]
         if field:

@@ -19,7 +19,7 @@ File = Annotated[
     typer.Argument(
         help="File to write. Values: .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr; a name without an ending becomes a "
         "DICOM series. Segments: .seg.nrrd, .nii or .nii.gz with --labels, .dcm with --series. Surfaces: .glb, .usdz, "
-        ".ply, .stl.",
+        ".ply, .stl. The voxels with their looks as glTF (draft): .glb with --volume. The looks alone: .json.",
         metavar="FILE",
     ),
 ]
@@ -62,6 +62,10 @@ Within = Annotated[
         metavar="MILLIMETRES",
     ),
 ]
+Volume = Annotated[
+    bool,
+    typer.Option("--volume", help="Write the voxels into a .glb file, as the draft extension EXT_voxels has them."),
+]
 Draco = Annotated[bool, typer.Option("--draco", help="Compress a .glb file with Draco.")]
 
 
@@ -76,6 +80,7 @@ def export(
     transfer: Transfer = None,
     within_mm: Within = None,
     draco: Draco = False,
+    volume: Volume = False,
     labels: Labels = False,
     force: Force = False,
     as_json: Json = False,
@@ -84,12 +89,17 @@ def export(
 
     Level 0 of a draft is the scan as imported. A raw file gets a sidecar FILE.toml with its shape. Volumes in colour
     become sRGB: bytes of three channels in OME-Zarr, RGB24 in NIfTI. A surface is where rays are half opaque, or each
-    segment; the file holds its error against the volume.
+    segment; the file holds its error against the volume. OME-Zarr and .glb hold the looks too.
     """
     if labels or series is not None or file.name.lower().endswith((".seg.nrrd", ".dcm")):
         from volprep_cli.export_labels import export_labels
 
         export_labels(package, file, level, channel, series, force=force, as_json=as_json)
+        return
+    if volume or file.suffix.lower() == ".json":
+        from volprep_cli.export_looks import export_looks
+
+        export_looks(package, file, level, channel, force=force, as_json=as_json)
         return
     if file.suffix.lower() in {".glb", ".usdz", ".ply", ".stl"}:
         from volprep_cli.export_surface import export_surface
@@ -150,6 +160,7 @@ def _export_levels(
     package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool, as_json: bool
 ) -> None:
     """Write the levels of all channels, or of one, and the labels as OME-Zarr."""
+    from volprep_formats.package.look import VolumeLooks, looks_of, of_channels
     from volprep_formats.package.reader import Package
     from volprep_formats.readers.volpkg import open_levels
     from volprep_formats.writers.colours import in_colour, straight_levels
@@ -161,13 +172,19 @@ def _export_levels(
     opened = open_levels(package, level, channel)
     looks = [ChannelLook.of(manifest) for manifest in opened.manifests]
     levels: Iterable[tuple[int, tuple[VolumeSource, ...]]] = opened.levels
-    if channel is None and values == "physical" and in_colour(Package.open(package, allow_draft=True).manifest):
+    manifest = Package.open(package, allow_draft=True).manifest
+    own: VolumeLooks | None = of_channels(looks_of(manifest), [look.channel for look in looks])
+    stored = values == "stored"
+    coloured = channel is None and not stored and in_colour(manifest)
+    if coloured:
         looks = [ChannelLook.of_colour(manifest, index) for index, manifest in enumerate(opened.manifests)]
         levels = straight_levels(levels)
+    if stored or coloured:
+        own = None
+        print_note(f"{file}: its values are not those of the transfer functions; export FILE.json writes the looks")
     labels = label_images(package, level, [look.channel for look in looks])
     with progress() as watcher:
-        stored = values == "stored"
-        grids = write(levels, looks, file, watcher, labels=labels, stored=stored, replaces=force)
+        grids = write(levels, looks, file, watcher, labels=labels, volume_looks=own, stored=stored, replaces=force)
     if is_rotated(grids[0]):
         print_note(
             f"{file}: OME-NGFF 0.5 has no directions; positions are along the axes of the volume, and the direction "

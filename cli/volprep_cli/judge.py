@@ -10,7 +10,13 @@ from volprep_cli.outputs import Force, require_new
 
 Store = Annotated[Path, typer.Argument(help="OME-Zarr image or package with several levels.", metavar="STORE")]
 LookFile = Annotated[
-    Path, typer.Option("--look", help="Scene whose transfer functions and tolerance are taken.", metavar="SCENE.toml")
+    Path,
+    typer.Option(
+        "--look",
+        help="Scene (.toml), or record of looks (JSON, package, OME-Zarr, .glb), whose transfer functions and "
+        "tolerance are taken.",
+        metavar="FILE",
+    ),
 ]
 Target = Annotated[
     Path,

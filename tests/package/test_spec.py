@@ -96,6 +96,7 @@ def test_each_name_in_the_text_is_a_field_or_a_name_of_shaders(path: Path) -> No
         "box_x",
         "box_y",
         "box_z",
+        "volume_looks",
     }
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from volprep.judge.records import Judged, JudgedLevel, JudgedLook, StoreFidelity
+from volprep.judge.records import Judged, JudgedLevel, StoreFidelity
 from volprep.scene.points import Measure
-from volprep.scene.request import load_request
+from volprep.scene.request import UNNAMED, load_request
 from volprep.truth.camera import standard_views
 from volprep.truth.kept_contrast import kept_contrast
 from volprep.truth.oracle import oracle_picture
@@ -19,6 +19,9 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.installation import generator
+from volprep_formats.look_files import read_looks
+from volprep_formats.package.look import LookMedium, VolumeLook
+from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress, Silent
@@ -40,22 +43,20 @@ _NO_LEVEL = frozenset(("VP1222", "VP1250"))
 
 
 def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = None) -> StoreFidelity:
-    """Measure the levels of a store or package with the transfer functions of a scene.
+    """Measure the levels of a store or package with the transfer functions of a scene, or of a record of looks.
 
-    Raises VP1334 (nothing to judge), the errors of the scene and of reading.
+    Raises VP1334 (nothing to judge), the errors of the scene or the record and of reading.
     """
-    scene = load_request(look).scene
     volumes = [*_levels(store, channel)]
     if len(volumes) < 2:
         raise VolprepError("VP1334", path=store, problem="it has one level, and nothing is coarser than it")
     if volumes[0].stored.size > _MOST_VOXELS:
         raise VolprepError("VP1334", path=store, problem=f"its finest level has more than {_MOST_VOXELS} voxels")
-    functions = [transfer.resolved(_measure(volumes[0])) for transfer in scene.transfer]
-    if not functions:
-        raise VolprepError("VP1334", path=look, problem="the scene has no [[transfer]]")
-    progress.start("judging levels", len(functions) * (len(volumes) - 1))
+    looks = _looks(look, volumes[0], channel)
+    tolerance = looks[0].tolerance
+    progress.start("judging levels", len(looks) * (len(volumes) - 1))
     measured: list[Judged] = []
-    for function in functions:
+    for function in (each.media[0].function for each in looks):
         # Two levels of which one has twice the spacing share pictures of the finest one.
         truth_of = cache(partial(_picture, volumes[0], volumes[0].grid, function))
         for level in range(1, len(volumes)):
@@ -69,10 +70,36 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
             JudgedLevel(level=level, shape_zyx=each.grid.shape_zyx, spacing_mm_zyx=each.grid.spacing_mm_zyx)
             for level, each in enumerate(volumes)
         ),
-        looks=tuple(JudgedLook(name=function.name, points=function) for function in functions),
-        tolerance_rmse=scene.tolerance.rmse,
-        least_kept_contrast=scene.tolerance.kept_light,
+        looks=looks,
+        tolerance_rmse=tolerance.rmse,
+        least_kept_contrast=tolerance.kept_light,
         measured=tuple(measured),
+    )
+
+
+def _looks(path: Path, finest: Volume, channel: str | None) -> tuple[VolumeLook, ...]:
+    """Return the transfer functions of a scene or of the looks of a file, each as a look without light.
+
+    Of looks those of `channel` count, or all if it is None.
+    """
+    if path.suffix.lower() == ".toml":
+        scene = load_request(path).scene
+        tolerance = scene.tolerance
+        functions = {(each.channel, each.name): each.resolved(_measure(finest)) for each in scene.transfer}
+    else:
+        looks = read_looks(path).looks
+        tolerance = looks[0].tolerance if looks else Tolerance()
+        media = [each for look in looks for each in look.media if channel in {None, each.channel}]
+        functions = {(each.channel, each.function.name): each.function for each in media}
+    if not functions:
+        raise VolprepError("VP1334", path=path, problem="it has no transfer function for these values")
+    return tuple(
+        VolumeLook(
+            name=function.name,
+            media=(LookMedium(channel=of or channel or UNNAMED, function=function),),
+            tolerance=tolerance,
+        )
+        for (of, _), function in functions.items()
     )
 
 

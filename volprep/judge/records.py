@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Count, Length
-from volprep_formats.package.transfer_function import Fraction, TransferFunction
+from volprep_formats.package.look import VolumeLook
+from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
 
 
@@ -18,17 +19,6 @@ class JudgedLevel(Record):
     """Number of voxels."""
     spacing_mm_zyx: tuple[Length, Length, Length]
     """Distance of voxel centres in millimetres."""
-
-
-class JudgedLook(Record):
-    """What values look like: an unlit integral of emission and absorption."""
-
-    name: str
-    """Name."""
-    compositing: Literal["emission-absorption"] = "emission-absorption"
-    """How samples of a ray become a pixel."""
-    points: TransferFunction
-    """Colour (linear RGB) and extinction per millimetre over the values of the pyramid."""
 
 
 class Judged(Record):
@@ -68,8 +58,8 @@ class StoreFidelity(Record):
     """Rays whose mean a pixel is."""
     levels: tuple[JudgedLevel, ...]
     """All levels, finest first."""
-    looks: tuple[JudgedLook, ...]
-    """The looks."""
+    looks: tuple[VolumeLook, ...]
+    """The looks: an unlit integral of emission and absorption each."""
     tolerance_rmse: Fraction
     """Error that the scene of the looks allows."""
     least_kept_contrast: Fraction

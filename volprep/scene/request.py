@@ -16,6 +16,7 @@ from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.label_tables.table import LABEL_TABLES
+from volprep_formats.look_files import is_looks, read_looks
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.path_text import path_of_text, path_text
@@ -114,6 +115,8 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
     """Return a transfer function with the points of its file in place of the file's name."""
     if transfer.file is None:
         return transfer
+    if transfer.file.lower().endswith(".json") and is_looks(base / transfer.file):
+        return _of_looks(transfer, base / transfer.file)
     points = tuple(
         ScenePoint(value=point.value, colour=point.colour, opacity=point.opacity)
         for point in read_transfer_file(base / transfer.file)
@@ -128,6 +131,31 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
     if transfer.reference_share is None:
         wishes["reference_mm"] = transfer.reference_mm or 1.0
     return SceneTransfer.model_validate({**wishes, "points": points})
+
+
+def _of_looks(transfer: SceneTransfer, path: Path) -> SceneTransfer:
+    """Return a transfer function with the points of a record of looks: those of its name, or of the only function."""
+    media = [each for look in read_looks(path).looks for each in look.media]
+    by_name = {each.function.name: each.function for each in media}
+    function = by_name.get(transfer.name) or (next(iter(by_name.values())) if len(by_name) == 1 else None)
+    if function is None:
+        problem = f"it has no function {transfer.name}, but {', '.join(by_name) or 'none'}: name the transfer so"
+        raise VolprepError("VP3042", path=path, problem=problem)
+    points = tuple(
+        ScenePoint(value=each.value, colour=each.colour, extinction_per_mm=each.extinction_per_mm)
+        for each in function.points
+    )
+    own = {"isovalue": function.isovalue, "intensities": function.intensities}
+    told = {name: getattr(transfer, name) for name in own}
+    wishes = {name: own[name] if value is None else value for name, value in told.items()}
+    return SceneTransfer(
+        name=transfer.name,
+        channel=transfer.channel,
+        colour_space="linear",
+        reference_mm=function.reference_mm,
+        points=points,
+        **wishes,
+    )
 
 
 def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:

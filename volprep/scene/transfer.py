@@ -22,7 +22,8 @@ class SceneTransfer(TransferWish):
     """A transfer function that comes with volprep; volprep presets lists them."""
     file: str | None = None
     """File of 3D Slicer (.vp), ParaView (.json) or ITK-SNAP (labels, .txt); relative to the scene. Its opacities are
-    for a path of reference_mm, or of 1 mm if that is absent."""
+    for a path of reference_mm, or of 1 mm if that is absent. Or a record of looks (.json), whose function of this name,
+    or only function, is taken with its own extinctions."""
 
     isovalue: PhysicalValue | None = None
     """Value of the surface that the compositings isosurface and first-hit show, in the unit of the points' values."""

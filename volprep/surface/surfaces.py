@@ -15,6 +15,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.installation import generator, require_extra
 from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.function_table import Table
+from volprep_formats.package.look import looks_of
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
 from volprep_formats.readers.volpkg import open_level
@@ -74,7 +75,7 @@ def surfaces_of(
         decimated_within_mm=max(moved for _, _, moved in made),
         nodes=tuple(node for _, node, _ in made),
     )
-    return Surfaces(tuple(mesh for mesh, _, _ in made), facts)
+    return Surfaces(tuple(mesh for mesh, _, _ in made), facts, looks_of(package.manifest))
 
 
 _Made = tuple[SurfaceMesh, SurfaceNode, float]

@@ -103,7 +103,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3042": Diagnostic(
         ExitStatus.SCENE,
         "{path}: not a transfer function: {problem}",
-        "Use a file of 3D Slicer (.vp), ParaView (.json, with opacities, in RGB) or ITK-SNAP (labels, .txt).",
+        "Use a file of 3D Slicer (.vp), ParaView (.json, with opacities, in RGB) or ITK-SNAP (labels, .txt), or a "
+        "record of looks, as volprep export PACKAGE looks.json writes it.",
     ),
     "VP3043": Diagnostic(
         ExitStatus.SCENE,

@@ -437,8 +437,8 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.OUTPUT,
         "{path}: the ending does not name a format that can be written",
         "Use .nii, .nii.gz, .nrrd, .raw, .vdb or .ome.zarr for values, .seg.nrrd, .nii.gz with --labels or .dcm with "
-        "--series for segments, .glb, .usdz, .stl or .ply for surfaces. A name without an ending becomes a folder of "
-        "DICOM files.",
+        "--series for segments, .glb, .usdz, .stl or .ply for surfaces, .glb with --volume for voxels, .json for "
+        "looks. A name without an ending becomes a folder of DICOM files.",
     ),
     "VP1253": Diagnostic(
         ExitStatus.PACKAGE,
@@ -451,6 +451,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: a folder of this name exists",
         "Choose another name. --force replaces a folder only if it is an OME-Zarr store that volprep export wrote and "
         "that holds nothing else.",
+    ),
+    "VP1255": Diagnostic(
+        ExitStatus.OUTPUT,
+        "{path}: the voxels need {needed} bytes, and a glTF binary holds {most}",
+        "Choose a coarser level with --level, one channel with --channel, or another format.",
     ),
     "VP1260": Diagnostic(
         ExitStatus.SOURCE,

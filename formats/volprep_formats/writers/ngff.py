@@ -13,6 +13,7 @@ import numpy as np
 
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Channel
+from volprep_formats.package.look import VolumeLooks, extras_of
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
@@ -86,8 +87,13 @@ class WrittenLevel:
         return self.channels[0].grid
 
 
-def image_attributes(levels: Sequence[WrittenLevel], looks: Sequence[ChannelLook]) -> dict[str, Any]:
-    """Return the attributes of the group that holds `levels`, finest first, of channels that look like `looks`."""
+def image_attributes(
+    levels: Sequence[WrittenLevel], looks: Sequence[ChannelLook], volume_looks: VolumeLooks | None = None
+) -> dict[str, Any]:
+    """Return the attributes of the group that holds `levels`, finest first, of channels that look like `looks`.
+
+    `volume_looks`: looks over the values that are written.
+    """
     name = ", ".join(look.channel for look in looks)
     kinds = ", ".join(sorted({look.level_filter for look in looks}))
     ome: dict[str, Any] = {"version": "0.5", "multiscales": [_multiscale(levels, name, kinds)]}
@@ -96,7 +102,8 @@ def image_attributes(levels: Sequence[WrittenLevel], looks: Sequence[ChannelLook
     direction = [list(row) for row in levels[0].grid.direction]
     units = ["" if levels[0].stored else each.unit for each in levels[0].channels]
     own = {"unit": units[0]} if len(units) == 1 else {"units": units}
-    return {"ome": ome, _OWN: {"direction": direction, **own}}
+    attributes = {"ome": ome, _OWN: {"direction": direction, **own}}
+    return attributes if volume_looks is None else {**attributes, **extras_of(volume_looks)}
 
 
 def label_attributes(levels: Sequence[WrittenLevel], name: str, entries: Sequence[WrittenLabel]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from volprep_formats.grid import Grid
 from volprep_formats.installation import require_extra
 from volprep_formats.output import new_folder, taken
+from volprep_formats.package.look import VolumeLooks
 from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
 from volprep_formats.untrusted_json import parse_json
@@ -46,6 +47,7 @@ def write(
     progress: Progress,
     *,
     labels: Sequence[LabelImage] = (),
+    volume_looks: VolumeLooks | None = None,
     stored: bool = False,
     replaces: bool = False,
 ) -> list[Grid]:
@@ -53,7 +55,7 @@ def write(
 
     Array N holds level N: physical values, or the stored ones; several channels are its first axis. Each source is
     closed before the next level is opened if `levels` does so. `replaces`: an older store of this function may be at
-    `path`.
+    `path`. `volume_looks` are written as they are.
 
     Raises VolprepError VP1251 or VP1254 (something else is at `path`), VP1081 (cannot be written) and the errors of
     reading.
@@ -61,7 +63,7 @@ def write(
     check_target(path, replaces=replaces)
     with new_folder(path, "VP1081", replaces=replaces) as folder:
         written = _write_levels(levels, folder, progress, stored=stored)
-        _write_group(folder, image_attributes(written, looks))
+        _write_group(folder, image_attributes(written, looks, volume_looks))
         for image in labels:
             inside = folder / "labels" / image.name
             each = ((number, [source]) for number, source in image.levels)

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float32Array
+from volprep_formats.package.look import extras_of
 from volprep_formats.writers.surface_records import SurfaceMesh, Surfaces
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
-_METRES_FROM_LPS = [0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1]
+METRES_FROM_LPS = [0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1]
 """Column by column: x to the left, y to the head, z to the front."""
 _DRACO = "KHR_draco_mesh_compression"
 _POSITION_BITS, _NORMAL_BITS = 16, 10
@@ -28,9 +29,9 @@ def glb_of(surfaces: Surfaces, *, draco: bool) -> bytes:
     writer = _Writer()
     meshes = [writer.mesh(mesh, draco=draco) for mesh in surfaces.meshes]
     count = len(meshes)
-    facts = {"volprep": surfaces.facts.model_dump(mode="json")}
+    facts = {"volprep": surfaces.facts.model_dump(mode="json"), **extras_of(surfaces.looks)}
     nodes: list[dict[str, object]] = [{"name": mesh.name, "mesh": index} for index, mesh in enumerate(surfaces.meshes)]
-    root = {"name": surfaces.facts.package, "matrix": _METRES_FROM_LPS, "children": [*range(count)], "extras": facts}
+    root = {"name": surfaces.facts.package, "matrix": METRES_FROM_LPS, "children": [*range(count)], "extras": facts}
     material = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}}
     gltf: dict[str, object] = {
         "asset": {"version": "2.0", "generator": surfaces.facts.generator},
@@ -45,12 +46,15 @@ def glb_of(surfaces: Surfaces, *, draco: bool) -> bytes:
     }
     if draco:
         gltf |= {"extensionsUsed": [_DRACO], "extensionsRequired": [_DRACO]}
+    return glb_head(gltf, len(writer.binary)) + bytes(writer.binary)
+
+
+def glb_head(gltf: dict[str, object], binary_bytes: int) -> bytes:
+    """Return everything of a file before its binary data, whose size is a multiple of 4."""
     text = json.dumps(gltf, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    size = 12 + 8 + len(text) + 8 + len(writer.binary)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
-    chunks += struct.pack("<II", len(writer.binary), 0x004E4942) + bytes(writer.binary)
-    return struct.pack("<III", 0x46546C67, 2, size) + chunks
+    head = struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + binary_bytes)
+    return head + struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", binary_bytes, 0x004E4942)
 
 
 class _Writer:

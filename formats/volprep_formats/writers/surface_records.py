@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.arrays import Float64Array
+from volprep_formats.package.look import VolumeLooks
 from volprep_formats.record import Record
 
 
@@ -91,3 +92,5 @@ class Surfaces:
     """The meshes, in the order of `facts.nodes`."""
     facts: SurfaceFacts
     """What is written beside them."""
+    looks: VolumeLooks
+    """Looks of the package, which glTF holds."""
