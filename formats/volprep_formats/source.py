@@ -153,11 +153,12 @@ class SourceSpec(Record):
     """DICOM: SeriesInstanceUID, or a unique ending of it, when the folder holds several series. OME: name of the image,
     or its number from 1, when there are several."""
     volume: Count | None = None
-    """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME, stacks of ImageJ: number of the volume to
-    read, from 1, if there are several: time points, echoes, components, stacks of slices."""
+    """DICOM, NIfTI, NRRD, MetaImage, MRtrix, FreeSurfer, Analyze, MINC, OME, stacks of ImageJ, folders of volumes:
+    number of the volume to read, from 1, if there are several: time points, echoes, components, stacks of slices."""
     frames: FrameChoice | None = None
-    """NIfTI, NRRD, MetaImage, NumPy: the volumes of a file that are frames of a time series, numbered from 1. "all", a
-    number for every so many, or "first:last" or "first:last:step". If absent, one volume is read."""
+    """DICOM, NIfTI, NRRD, MetaImage, MINC, NumPy, OME, stacks of ImageJ, folders of volumes: the volumes that are
+    frames of a time series, numbered from 1. "all", a number for every so many, or "first:last" or "first:last:step".
+    If absent, one volume is read."""
     volumes_by: Literal["number"] | None = None
     """DICOM only: attribute that distinguishes the volumes of a series if no other one does. "number": InstanceNumber,
     as for time points of scanners that write nothing else."""

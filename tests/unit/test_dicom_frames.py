@@ -157,7 +157,10 @@ def test_one_of_several_time_points_is_read_on_request(tmp_path, volume) -> None
     file = save(data, tmp_path / "e")
     with open_source(SourceSpec(path=str(file), volume=volume), Path(), Silent()) as source:
         assert np.array_equal(source.read_slab(0, 5), expected() + 1000 * (2 - volume))
-        assert any(f"differ in TemporalPositionIdentifier; number {volume}" in remark for remark in source.info.remarks)
+        assert any(
+            f"volume {volume} of 2, which differ in TemporalPositionIdentifier" in remark
+            for remark in source.info.remarks
+        )
 
 
 def stacked(*stacks: dict[str, object], numbered: bool = True) -> Dataset:

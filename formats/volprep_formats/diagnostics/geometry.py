@@ -102,7 +102,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP2083": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the folder holds {count} volume file(s), and no DICOM images",
-        "Name one of the files. A folder of masks holds the segments of a scan: volprep build SCAN --segments FOLDER.",
+        "Name one of the files, or read them as a time series with --frames all. A folder of masks holds the segments "
+        "of a scan: volprep build SCAN --segments FOLDER.",
     ),
     "VP2084": Diagnostic(
         ExitStatus.SOURCE,

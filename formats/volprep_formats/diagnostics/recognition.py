@@ -102,4 +102,10 @@ ENTRIES: dict[str, Diagnostic] = {
         "{path}: frame {number} of the series differs from the first one: {difference}",
         "Give all frames the same grid, type and scale.",
     ),
+    "VP1343": Diagnostic(
+        ExitStatus.SOURCE,
+        "{path}: the time points of the series are not complete: {what}",
+        "Add the missing images, or keep only complete time points in the folder. If the images of a place follow each "
+        "other by InstanceNumber, give --volumes-by number.",
+    ),
 }

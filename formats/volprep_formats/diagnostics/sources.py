@@ -364,7 +364,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1221": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: the file holds {count} {kind}s, and nothing says which one is meant",
-        "Set source.{key} to the name or the number of one:{found}",
+        "Time points make a time series with --frames all. Set source.{key} to the name or the number of one:{found}",
     ),
     "VP1222": Diagnostic(
         ExitStatus.SOURCE,

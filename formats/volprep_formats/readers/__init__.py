@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from volprep_formats.diagnostics import SafeText, VolprepError
-from volprep_formats.path_text import no_such_path, path_text
+from volprep_formats.path_text import no_such_path, path_of_text, path_text
 from volprep_formats.progress import Progress
 from volprep_formats.readers.dicom.kind import has_prefix
 from volprep_formats.readers.foreign_formats import recognised
@@ -16,6 +16,7 @@ from volprep_formats.readers.header_pair import header_beside
 from volprep_formats.readers.ome.zarr_kind import is_zarr
 from volprep_formats.readers.pictures.kinds import holds_only_pictures, kind_of, pictures_in
 from volprep_formats.readers.time_axis import TimeAxis
+from volprep_formats.readers.volume_files import folder_frames, series_in
 from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
 from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
@@ -98,7 +99,7 @@ READERS = (
         "ome.zarr_image",
         lambda _spec, path, head: is_zarr(path, head),
         "an OME-Zarr volume",
-        ("series", "volume", "channel", "level", "missing", "colour"),
+        ("series", "volume", "frames", "channel", "level", "missing", "colour"),
         numbers="channel",
     ),
     Reader(
@@ -106,7 +107,7 @@ READERS = (
         "ome.tiff",
         _is_ome_tiff,
         "an OME-TIFF volume",
-        ("series", "volume", "channel", "colour"),
+        ("series", "volume", "frames", "channel", "colour"),
         numbers="channel",
     ),
     Reader(
@@ -116,14 +117,14 @@ READERS = (
             has_prefix(head) or (path.is_dir() and (spec.series is not None or not _is_stack(spec, path)))
         ),
         "a DICOM series",
-        ("series", "volume", "volumes_by", "repair", "rgb", "colour"),
+        ("series", "volume", "frames", "volumes_by", "repair", "rgb", "colour"),
     ),
     Reader(
         "stack",
         "pictures.stack",
         lambda spec, path, head: path.is_dir() or spec.stack is not None or kind_of(head) is not None,
         "a stack of pictures",
-        ("volume", "channel", "rgb", "colour", "stack"),
+        ("volume", "frames", "channel", "rgb", "colour", "stack"),
         numbers="channel",
     ),
     Reader(
@@ -165,7 +166,7 @@ READERS = (
         ("volume", "frames", "colour", "array"),
     ),
     Reader("mrc", "mrc", lambda _spec, _path, head: head[208:212] in {b"MAP ", b"MAP\0"}, "an MRC volume"),
-    Reader("minc", "minc.reader", _is_minc, "a MINC volume", ("volume",)),
+    Reader("minc", "minc.reader", _is_minc, "a MINC volume", ("volume", "frames")),
     # A version of 1 is weak evidence: the name must agree.
     Reader(
         "mgh",
@@ -243,10 +244,13 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
 
 def time_axis_of(spec: SourceSpec, base: Path) -> TimeAxis:
-    """Return the frames that the file of a series has.
+    """Return the frames that the file or folder of a series has.
 
-    Raises what `open_source` raises, and VP1340 if the file says that its volumes are not frames.
+    Raises what `open_source` raises, VP1340 if its volumes are not frames, and VP1343 if some are missing.
     """
+    files = _volumes_of(spec.place(base))
+    if files:
+        return folder_frames(files)
     path, reader = _found(spec, base)
     if "frames" not in reader.keys:
         raise VolprepError("VP1004", path=path, key="frames", format=reader.name)
@@ -255,6 +259,7 @@ def time_axis_of(spec: SourceSpec, base: Path) -> TimeAxis:
 
 
 def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
+    spec = _member(spec, base)
     path = header_beside(spec.place(base))
     try:
         check_regular_or_folder(path)
@@ -266,7 +271,31 @@ def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
     return path, _reader(spec, path)
 
 
+def _member(spec: SourceSpec, base: Path) -> SourceSpec:
+    """Return the source of the file that is volume or frame number N of a folder of volumes; others as they are.
+
+    Raises VP1003 for a folder that cannot be read, and VP2017 for a number without a file.
+    """
+    number, folder = spec.at_frame().volume, spec.place(base)
+    files = [] if number is None else _volumes_of(folder)
+    if number is None or not files:
+        return spec
+    if number > len(files):
+        raise VolprepError("VP2017", path=folder, volume=number, count=len(files))
+    path = path_text(path_of_text(spec.path) / files[number - 1].name)
+    return spec.model_copy(update={"path": path, "volume": None, "frames": None})
+
+
+def _volumes_of(folder: Path) -> list[Path]:
+    """Return the files of a folder that holds little but volumes; nothing for any other path."""
+    try:
+        return series_in(folder) if folder.is_dir() else []
+    except OSError as error:
+        raise VolprepError("VP1003", path=folder, error=error.strerror or error) from error
+
+
 def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
+    spec = _member(spec, base)
     path, reader = _found(spec, base)
     for key in _KEYS:
         # `repair` is an empty tuple if it is absent.

@@ -112,9 +112,7 @@ def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
     if path.with_name(f"{stem}.bval").exists():
         raise not_time(path, "a file of b-values lies beside it")
     step, start = float(header["pixdim"][4]), float(header["toffset"])
-    if unit not in _SECONDS_PER_UNIT or not 0.0 < step < np.inf or not np.isfinite(start):
-        return TimeAxis(volumes)
-    return TimeAxis.even(volumes, step * _SECONDS_PER_UNIT[unit], start * _SECONDS_PER_UNIT[unit])
+    return TimeAxis.even(volumes, step, _SECONDS_PER_UNIT.get(unit), start)
 
 
 def _header(path: Path) -> Any:

@@ -20,7 +20,7 @@ from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
-from volprep_formats.readers.time_axis import TimeAxis, not_time
+from volprep_formats.readers.time_axis import TimeAxis, not_time, seconds_per
 from volprep_formats.readers.unpacking import (
     MAX_BZIP2_RATIO,
     ForwardStream,
@@ -76,7 +76,6 @@ _COLOUR_KINDS = frozenset(
 """Kinds of an axis that holds the colours of a voxel. Writers that know no colours say vector."""
 _TIME_KINDS = frozenset(("time", "list", "none", "???"))
 """Kinds of an axis that may be time. Sequences of 3D Slicer are lists."""
-_SECONDS_PER_UNIT = {**dict.fromkeys(("s", "sec", "seconds"), 1.0), **dict.fromkeys(("ms", "msec"), 1e-3)}
 _VECTOR = re.compile(r"none|\([^()]*\)")
 _UNPLACED = "the file does not say how the volume lies in the patient; left, back and up are assumed"
 
@@ -136,12 +135,10 @@ def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
     if any(key.startswith("DWMRI") for key in keys_of(path)):
         raise not_time(path, "its header lists b-values (DWMRI)")
     units = re.findall(r'"([^"]*)"', fields.get("units", ""))
-    seconds = _SECONDS_PER_UNIT.get(units[axis].strip()) if axis < len(units) else None
+    seconds = seconds_per(units[axis]) if axis < len(units) else None
     words = fields.get("spacings", "").split()
     step = float(_numbers(path, "spacings", words, len(axes.sizes))[axis]) if words else 0.0
-    if seconds is None or not 0.0 < step < np.inf:
-        return TimeAxis(axes.sizes[axis])
-    return TimeAxis.even(axes.sizes[axis], step * seconds)
+    return TimeAxis.even(axes.sizes[axis], step, seconds)
 
 
 def _take_colours(path: Path, fields: Fields) -> int:

@@ -28,8 +28,15 @@ VARIANTS = (
     "StackID",
 )
 """Attributes that distinguish several images at one position."""
+CLOCKS = ("FrameReferenceTime", "TemporalPositionTimeOffset", "AcquisitionTime", "ContentTime")
+"""Attributes that say when an image was taken, and may differ between the slices of one volume."""
 
 TAGS = {
+    "FrameReferenceTime": 0x0054_1300,
+    "TemporalPositionTimeOffset": 0x0020_930D,
+    "AcquisitionTime": 0x0008_0032,
+    "ContentTime": 0x0008_0033,
+    "FrameAcquisitionDateTime": 0x0018_9074,
     "EchoTime": 0x0018_0081,
     "InversionTime": 0x0018_0082,
     "TriggerTime": 0x0018_1060,
@@ -137,6 +144,7 @@ _VARIANT_FORMS = {
     "NominalCardiacTriggerDelayTime": "d",
     "InversionTimes": "d",
     "TemporalPositionIndex": "L",
+    "TemporalPositionTimeOffset": "d",
     "FrameAcquisitionNumber": "H",
     "InStackPositionNumber": "L",
 }

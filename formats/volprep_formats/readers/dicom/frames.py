@@ -8,6 +8,7 @@ or a reconstruction of nuclear medicine, and is refused otherwise. Source: DICOM
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import starmap
 
 from pydicom.dataset import Dataset
 from pydicom.uid import UID, ExplicitVRBigEndian
@@ -17,6 +18,7 @@ from volprep_formats.readers.dicom.data_set import elements_of, sequence
 from volprep_formats.readers.dicom.dose import dose_slices
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
+    CLOCKS,
     TAGS,
     VARIANTS,
     Elements,
@@ -29,7 +31,7 @@ from volprep_formats.readers.dicom.nuclear import nuclear_slices
 from volprep_formats.readers.dicom.pixels import picture_bytes
 
 _MOST_FRAMES = 2**20
-_GROUP_OF_VARIANT = {
+_IN_GROUP = {
     "EchoTime": ("MREchoSequence", "EffectiveEchoTime"),
     "InversionTime": ("MRModifierSequence", "InversionTimes"),
     "TriggerTime": ("CardiacSynchronizationSequence", "NominalCardiacTriggerDelayTime"),
@@ -39,8 +41,10 @@ _GROUP_OF_VARIANT = {
     "ImageType": ("MRImageFrameTypeSequence", "FrameType"),
     "StackID": ("FrameContentSequence", "StackID"),
     "ComplexImageComponent": ("MRImageFrameTypeSequence", "ComplexImageComponent"),
+    "TemporalPositionTimeOffset": ("FrameContentSequence", "TemporalPositionTimeOffset"),
+    "AcquisitionTime": ("FrameContentSequence", "FrameAcquisitionDateTime"),
 }
-"""Functional-group elements of a frame that correspond to `VARIANTS` of a single image."""
+"""Functional-group elements of a frame that correspond to `VARIANTS` and `CLOCKS` of a single image."""
 _PLACED_BY: Mapping[str, Callable[[SliceImage, Dataset, Sequence[EncodedPixels]], tuple[SliceImage, ...]]] = {
     "RTDOSE": dose_slices,
     "NM": nuclear_slices,
@@ -96,6 +100,11 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
         found = sequence(own, keyword) or sequence(shared, keyword)
         return elements_of(found[0]) if found else {}
 
+    def own_text(keyword: str, of_image: str) -> str:
+        """Return a distinguishing attribute of the frame, or else that of the image."""
+        holder, inside = _IN_GROUP.get(keyword, ("", ""))
+        return (variant_text(group(holder), inside) if holder else "") or of_image
+
     measures = Fields(image.path, group("PixelMeasuresSequence"))
     orientation = Fields(image.path, group("PlaneOrientationSequence"))
     position = Fields(image.path, group("PlanePositionSequence"))
@@ -119,7 +128,8 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
         slope=image.slope if slope is None else slope,
         intercept=image.intercept if intercept is None else intercept,
         unit=unit_of(values, image.modality, rescaled=intercept is not None) or image.unit,
-        variants=tuple(_variant(image, group, k) for k in range(len(VARIANTS))),
+        variants=tuple(starmap(own_text, zip(VARIANTS, image.variants, strict=True))),
+        clocks=tuple(starmap(own_text, zip(CLOCKS, image.clocks, strict=True))),
         stack_position=variant_text(group("FrameContentSequence"), "InStackPositionNumber") or image.stack_position,
         pixels=pixels,
         has_real_world_values=image.has_real_world_values
@@ -128,13 +138,6 @@ def _slice(image: SliceImage, number: int, shared: Dataset, own: Dataset, pixels
     read = (measures, orientation, position, of_volume, values)
     problems = [fields.problem for fields in read if fields.problem is not None]
     return replace(found, problem=problems[0]) if problems else found
-
-
-def _variant(image: SliceImage, group: Callable[[str], Elements], k: int) -> str:
-    if VARIANTS[k] not in _GROUP_OF_VARIANT:
-        return image.variants[k]
-    sequence, keyword = _GROUP_OF_VARIANT[VARIANTS[k]]
-    return variant_text(group(sequence), keyword) or image.variants[k]
 
 
 def _frame_pixels(pixels: EncodedPixels, element: PixelElement, frames: int) -> list[EncodedPixels]:

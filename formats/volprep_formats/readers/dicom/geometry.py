@@ -69,7 +69,7 @@ def stack_images(
     VP2022 (not a grid), with the numbers.
     """
     for image in images:
-        _check_complete(image)
+        check_complete(image)
     stacks, differ = split_stacks(images)
     if len(stacks) == 1:
         return _stack(images, repair, volume, by_number=by_number)
@@ -120,11 +120,9 @@ def _joined(
 def _volumes_in(images: Sequence[SliceImage]) -> int:
     """Return the number of volumes in one stack: the most images at one place."""
     try:
-        axes, _ = _axes(images)
+        return int(np.bincount(places_of(images)).max())
     except VolprepError:
         return 1
-    along_mm = np.array([image.position_mm_xyz for image in images], dtype=np.float64) @ axes[:, 2]
-    return int(np.bincount(_places(np.sort(along_mm))).max())
 
 
 def _stack(
@@ -190,7 +188,8 @@ def repair_of(error: VolprepError) -> RepairKind | None:
     return next((kind for kind, codes in _REPAIRABLE.items() if error.code in codes), None)
 
 
-def _check_complete(image: SliceImage) -> None:
+def check_complete(image: SliceImage) -> None:
+    """Raise VP1036 for an image that does not say where it lies."""
     for keyword, value in (
         ("ImageOrientationPatient", image.orientation),
         ("ImagePositionPatient", image.position_mm_xyz),
@@ -279,6 +278,16 @@ def _single_pitch(image: SliceImage) -> tuple[float, str]:
         if value:
             return abs(value), f"the series has one slice; its extent of {abs(value):.6g} mm is from {keyword}"
     raise VolprepError("VP1036", path=image.path, keyword="SliceThickness")
+
+
+def places_of(images: Sequence[SliceImage]) -> NDArray[np.intp]:
+    """Return the index of each image's place along the normal, from 0. Raises VP2003 for other orientations."""
+    axes, _ = _axes(images)
+    along_mm = np.array([image.position_mm_xyz for image in images], dtype=np.float64) @ axes[:, 2]
+    order = np.argsort(along_mm, kind="stable")
+    places = np.empty(len(images), np.intp)
+    places[order] = _places(along_mm[order])
+    return places
 
 
 def _places(along_mm: Points) -> NDArray[np.intp]:

@@ -13,6 +13,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT
 from volprep_formats.readers.dicom.element import PixelElement
 from volprep_formats.readers.dicom.fields import (
+    CLOCKS,
     LARGEST_NUMBER,
     PRIVATE_TAGS,
     TAGS,
@@ -33,6 +34,7 @@ _OWN = frozenset(
         TAGS["ImagePositionPatient"],
         TAGS["InstanceNumber"],
         TAGS["InStackPositionNumber"],
+        *(TAGS[keyword] for keyword in CLOCKS),
         *PRIVATE_TAGS,
     )
 )
@@ -149,6 +151,8 @@ class SliceImage:
     """Whether its position is one in a volume, whose place in the patient is not known."""
     part: tuple[int, int] | None = None
     """Part number of the file in a concatenation, and the number of parts."""
+    clocks: tuple[str, ...] = ("",) * len(CLOCKS)
+    """Values of `CLOCKS`. Only differences of them are shown."""
 
 
 def slice_image(path: Path, data: Elements, transfer_syntax: str, element: PixelElement) -> SliceImage:
@@ -167,6 +171,7 @@ def slice_image(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         instance_uid=instance_uid,
         stack_position=variant_text(data, "InStackPositionNumber"),
         instance_number=fields.hint("InstanceNumber"),
+        clocks=_clocks(data),
         position_mm_xyz=position_mm_xyz,
         pixels=pixels,
     )
@@ -222,7 +227,12 @@ def interpreted(path: Path, data: Elements, transfer_syntax: str, element: Pixel
         instance_number=fields.hint("InstanceNumber"),
         acquired=_whole(fields.hint("ImagesInAcquisition")),
         part=_part(fields),
+        clocks=_clocks(data),
     )
+
+
+def _clocks(data: Elements) -> tuple[str, ...]:
+    return tuple(variant_text(data, keyword) for keyword in CLOCKS)
 
 
 def _photometry(fields: Fields, modality: str) -> tuple[float, float, str]:

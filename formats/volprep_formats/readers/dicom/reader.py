@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import colour_remarks, of_colour
+from volprep_formats.readers.dicom import frame_times
 from volprep_formats.readers.dicom.geometry import Stack, stack_images
 from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, ValueTable
 from volprep_formats.readers.dicom.pixels import (
@@ -44,6 +45,9 @@ _ABOVE = (
     "some pixels have bits above BitsStored, which the standard leaves to other uses; they were left out, so values "
     "that were meant to be larger are wrong"
 )
+
+
+time_axis = frame_times.time_axis
 
 
 @dataclass(frozen=True)

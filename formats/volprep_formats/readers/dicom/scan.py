@@ -69,12 +69,25 @@ class Scan:
     """Files that hold no DICOM image."""
 
 
+_LAST: list[tuple[list[tuple[Path, int, int]], Scan]] = []
+"""Names, sizes and times of the files scanned last, and the result: each frame of a series is opened by itself."""
+
+
 def scan(path: Path, progress: Progress) -> Scan:
     """Read the headers of all files below `path`, or of the one file that it is.
 
     Links to folders are not followed. Raises VolprepError VP1003 for a folder that cannot be read.
     """
     files = [path] if path.is_file() else _files(path)
+    state = [(file, status.st_size, status.st_mtime_ns) for file in files for status in [file.stat()]]
+    if not _LAST or _LAST[-1][0] != state:
+        _LAST[:] = [(state, _scan(path, files, progress))]
+    scanned = _LAST[-1][1]
+    missing = [] if path.is_file() else _missing(scanned.series)
+    return replace(scanned, damaged=(*scanned.damaged, *missing))
+
+
+def _scan(path: Path, files: Sequence[Path], progress: Progress) -> Scan:
     progress.start("reading DICOM headers", len(files))
     series: dict[str, list[SliceImage]] = {}
     damaged: list[VolprepError] = []
@@ -89,8 +102,6 @@ def scan(path: Path, progress: Progress) -> Scan:
         progress.advance()
     found = tuple(_without_copies(Series(uid, tuple(images))) for uid, images in sorted(series.items()))
     other_files = len(files) - len(damaged) - sum(s.files + s.copies for s in found)
-    if not path.is_file():
-        damaged += _missing(found)
     return Scan(path, found, tuple(damaged), other_files)
 
 

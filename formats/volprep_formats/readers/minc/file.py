@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from importlib import import_module
 from io import BufferedReader
-from math import prod
+from math import isfinite, prod
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +60,8 @@ class MincFacts:
 
     shape_zyx: Sequence[int]
     volumes: int
+    time: tuple[float, float, str]
+    """Step and start of the axis of time, and its unit; an empty unit if there is none."""
     dtype: str
     steps: Sequence[float]
     cosines: Sequence[Sequence[float]]
@@ -117,6 +119,7 @@ def _facts(request: MincFile) -> MincFacts:
     return MincFacts(
         shape_zyx=[shape[names.index(name)] for name in file._spatial_dims],
         volumes=prod(n for name, n in zip(names, shape, strict=True) if name not in _SPATIAL),
+        time=_time(names, file),
         dtype=dtype.newbyteorder("=").name,
         steps=[float(getattr(dim, "step", 1.0)) for dim in dims],
         cosines=[_cosines(name, dim) for name, dim in zip(file._spatial_dims, dims, strict=True)],
@@ -127,6 +130,15 @@ def _facts(request: MincFile) -> MincFacts:
         valid=None if valid is None else [float(end) for end in valid],
         odd_axes=[name for name, dim, n in zip(names, file._dims, shape, strict=True) if _is_odd(dim, n)],
     )
+
+
+def _time(names: Sequence[str], file: Any) -> tuple[float, float, str]:
+    if "time" not in names:
+        return 0.0, 0.0, ""
+    axis = file._dims[names.index("time")]
+    numbers = (float(np.ravel(getattr(axis, name, 0.0))[0]) for name in ("step", "start"))
+    step, start = (number if isfinite(number) else 0.0 for number in numbers)
+    return step, start, _text(getattr(axis, "units", b""))
 
 
 def _check_axes(path: Path, names: Sequence[str], shape: Sequence[int]) -> None:

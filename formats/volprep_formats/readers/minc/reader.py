@@ -26,6 +26,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.minc.file import HDF5, MincFacts, MincFile, MincSlab, facts_of, read_slab
 from volprep_formats.readers.orientation import LPS_FROM_RAS, ORIENTATION_TOLERANCE
+from volprep_formats.readers.time_axis import TimeAxis, seconds_per
 from volprep_formats.readers.voxel_file import is_gzip
 from volprep_formats.readers.voxel_source import chosen_volume, stored_type_of
 from volprep_formats.regular_files import open_regular
@@ -121,20 +122,33 @@ class _Slices:
         return self.file.run(read_slab, request, voxels * self.dtype.itemsize, voxels)
 
 
+def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the axis of time. Raises what `open_volume` raises."""
+    with ExitStack() as opened:
+        _, facts = _opened(path, opened)
+    step, start, unit = facts.time
+    return TimeAxis.even(facts.volumes, step, seconds_per(unit), start)
+
+
+def _opened(path: Path, opened: ExitStack) -> tuple[_File, MincFacts]:
+    """Return a file that is open until `opened` ends, and the facts from its header."""
+    with open_regular(path) as head:
+        is_hdf5 = head.read(len(HDF5)) == HDF5
+    if is_hdf5 and find_spec("h5py") is None:
+        raise VolprepError("VP1305", path=path, how=how_to_add("minc"))
+    request = MincFile(path, next(_tokens))
+    file = _File(opened.enter_context(workers()), request, path.stat().st_size, is_gzip(path))
+    return file, MincFacts(**json.loads(file.run(facts_of, request, _LARGEST_HEADER, 0).tobytes()))
+
+
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> MincSource:
     """Open one volume of numbers: of several, that which `spec.volume` numbers.
 
     Raises VolprepError VP1003, VP1008, VP1021, VP1270 to VP1273, VP1304, VP1305 (h5py is missing), VP2020 (sheared) or
     VP2021 (unusable axes).
     """
-    with open_regular(path) as head:
-        is_hdf5 = head.read(len(HDF5)) == HDF5
-    if is_hdf5 and find_spec("h5py") is None:
-        raise VolprepError("VP1305", path=path, how=how_to_add("minc"))
     with ExitStack() as opened:
-        request = MincFile(path, next(_tokens))
-        file = _File(opened.enter_context(workers()), request, path.stat().st_size, is_gzip(path))
-        facts = MincFacts(**json.loads(file.run(facts_of, request, _LARGEST_HEADER, 0).tobytes()))
+        file, facts = _opened(path, opened)
         nz, ny, nx = facts.shape_zyx
         volume = chosen_volume(path, (nz, ny, nx), facts.volumes, spec.volume)
         grid = _grid(path, facts)

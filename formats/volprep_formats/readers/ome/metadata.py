@@ -40,6 +40,8 @@ class Image:
     pixels: Attributes = field(default_factory=dict)
     channels: list[Attributes] = field(default_factory=list)
     data: list[TiffData] = field(default_factory=list)
+    planes: dict[str, Attributes] = field(default_factory=dict)
+    """The first plane of each time point that says when it was taken."""
 
 
 @dataclass
@@ -115,6 +117,8 @@ class _Handlers:
                 images[-1].pixels = attributes
             case ["OME", "Image", "Pixels", "Channel"]:
                 images[-1].channels.append(attributes)
+            case ["OME", "Image", "Pixels", "Plane"] if "DeltaT" in attributes:
+                images[-1].planes.setdefault(attributes.get("TheT", "0"), attributes)
             case ["OME", "Image", "Pixels", "TiffData"]:
                 images[-1].data.append(TiffData(attributes))
             case ["OME", "Image", "Pixels", "TiffData", "UUID"]:

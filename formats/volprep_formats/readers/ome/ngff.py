@@ -90,6 +90,8 @@ class NgffImage:
     """Labels of channels, as far as there are any."""
     shown_in: tuple[str, ...]
     """Colours that channels are shown in, as six hexadecimal digits or ""."""
+    time_unit: str = ""
+    """Unit of the axis of time; empty if there is none."""
 
 
 def picture_of(path: Path, attributes: dict[str, Any]) -> NgffImage | None:
@@ -115,9 +117,10 @@ def picture_of(path: Path, attributes: dict[str, Any]) -> NgffImage | None:
         mm_per_unit(path, axis.unit) if kind in _SPACE and axis.unit else 1.0
         for axis, kind in zip(scales.axes, axes, strict=True)
     )
+    time_unit = next((axis.unit or "" for axis, kind in zip(scales.axes, axes, strict=True) if kind == "t"), "")
     names = tuple(channel.label for channel in image.omero.channels)
     colours = tuple(channel.color.removeprefix("#")[:6].lower() for channel in image.omero.channels)
-    return NgffImage(tuple(levels), axes, lengths, all(units), names, colours)
+    return NgffImage(tuple(levels), axes, lengths, all(units), names, colours, time_unit)
 
 
 def series_of(attributes: dict[str, Any]) -> bool:

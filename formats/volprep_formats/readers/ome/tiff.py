@@ -6,6 +6,8 @@ The axes come from the OME-XML, in any order; samples of a pixel count as channe
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from volprep_formats.readers.colour import colour_remarks, of_colour
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
+    Attributes,
     Description,
     Image,
     Sizes,
@@ -34,6 +37,7 @@ from volprep_formats.readers.ome.pages import (
     pages_request,
 )
 from volprep_formats.readers.pictures.file import pages_at_once
+from volprep_formats.readers.time_axis import TimeAxis, seconds_per
 from volprep_formats.readers.voxel_source import stored_type_of
 from volprep_formats.regular_files import is_there
 from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
@@ -115,6 +119,29 @@ def channel_names(spec: SourceSpec, path: Path) -> list[str]:
     """Names of the channels of the image that is chosen, "" where they have none. Raises what `open_volume` raises."""
     _, image = _chosen_image(spec, path)
     return _channel_names(image, sizes_of(path, image))
+
+
+def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the time points of the image that is chosen: when their first planes were taken, or at equal distances.
+
+    Raises VP1220 to VP1225.
+    """
+    _, image = _chosen_image(spec, path)
+    count = sizes_of(path, image).t
+    planes = [image.planes.get(str(number), {}) for number in range(count)]
+    seconds = [_number(each, "DeltaT") * (seconds_per(each.get("DeltaTUnit", "s")) or nan) for each in planes]
+    if all(isfinite(time) for time in seconds) and all(after > before for before, after in pairwise(seconds)):
+        return TimeAxis(count, tuple(seconds))
+    step = _number(image.pixels, "TimeIncrement")
+    return TimeAxis.even(count, step, seconds_per(image.pixels.get("TimeIncrementUnit", "s")))
+
+
+def _number(attributes: Attributes, name: str) -> float:
+    """Return a number of the description, NaN if there is none."""
+    try:
+        return float(attributes.get(name, "nan"))
+    except ValueError:
+        return nan
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSource:

@@ -36,6 +36,7 @@ from volprep_formats.readers.ome.zarr_array import (
     read_group,
     text_request,
 )
+from volprep_formats.readers.time_axis import TimeAxis, seconds_per
 from volprep_formats.readers.voxel_source import stored_type_of
 from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
 
@@ -237,6 +238,28 @@ def channel_names(spec: SourceSpec, path: Path) -> list[str]:
         return _channels(path, picture, facts)
 
 
+def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the time points of the image that is chosen. Raises what `open_volume` raises."""
+    with workers() as pool:
+        store = StoreKey.of(path)
+        prefix, picture = _image(path, store, pool, spec.series)
+        level = _level(path, picture, spec.level)
+        facts = _facts(pool, ArrayRequest(store, f"{prefix}{level.path}"))
+    if "t" not in picture.axes:
+        return TimeAxis(1)
+    axis = picture.axes.index("t")
+    return TimeAxis.even(
+        _times(path, picture, facts), level.scale[axis], seconds_per(picture.time_unit), level.translation[axis]
+    )
+
+
+def _times(path: Path, picture: NgffImage, facts: ArrayFacts) -> int:
+    times = facts.shape[picture.axes.index("t")] if "t" in picture.axes else 1
+    if times > _MOST_TIMES:
+        raise VolprepError("VP1225", path=path, size=f"{times} time points", limit=str(_MOST_TIMES))
+    return times
+
+
 def _check_chunks(path: Path, volume: _Volume) -> None:
     """Raise VP1225 for a volume in crumbs, which would take hours."""
     count = math.prod(-(-n // m) for n, m in zip(volume.shape_zyx, volume.chunk_zyx, strict=True))
@@ -335,10 +358,7 @@ def _fixed(
     channel = None
     if not in_colour:
         channel = chosen(path, "channel", "channel", _channels(path, picture, facts), spec.channel)
-    times = facts.shape[picture.axes.index("t")] if "t" in picture.axes else 1
-    if times > _MOST_TIMES:
-        raise VolprepError("VP1225", path=path, size=f"{times} time points", limit=str(_MOST_TIMES))
-    time = chosen(path, "volume", "time point", [""] * times, spec.volume)
+    time = chosen(path, "volume", "time point", [""] * _times(path, picture, facts), spec.volume)
     wanted = {"t": time} if channel is None else {"c": channel, "t": time}
     fixed = {axis: wanted[name] for axis, name in enumerate(picture.axes) if name in wanted}
     return fixed, picture.axes.index("c") if in_colour else None

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.time_axis import seconds_per
 
 FM_PER_MM = 10**12
 """Femtometres in a millimetre."""
@@ -38,6 +39,9 @@ class PixelDensity:
     """"in", "cm" or "none"."""
 
 
+_LONGEST_FRAME_US = 1e15
+
+
 @dataclass(frozen=True)
 class StackOrder:
     """How the images of a stack make volumes: channels are fastest, then slices, then frames."""
@@ -46,6 +50,8 @@ class StackOrder:
     """Number of images, which may be more than the pages of a file of ImageJ above 4 GB."""
     channels: int = 1
     frames: int = 1
+    frame_us: int = 0
+    """Microseconds from frame to frame; 0 if the description does not say."""
 
 
 def order_of(path: Path, description: str, shape: tuple[int, int, int, int]) -> StackOrder:
@@ -72,7 +78,18 @@ def _of_imagej(description: str, pages: int) -> tuple[StackOrder, str | None]:
     says = ", ".join(f"{count} {name}" for name, count in {"images": images, **counts}.items())
     # A file above 4 GB has one page for all images.
     fits = pages in {images, 1} and channels * slices * frames == images
-    return StackOrder(images, channels, frames), None if fits else says
+    return StackOrder(images, channels, frames, _frame_us(description)), None if fits else says
+
+
+def _frame_us(description: str) -> int:
+    """Return the distance of frames that ImageJ describes, in microseconds; 0 if there is none."""
+    found = re.search(r"^finterval=([0-9.eE+-]{1,40})\s*$", description, re.MULTILINE)
+    unit = re.search(r"^tunit=(\S{1,40})\s*$", description, re.MULTILINE)
+    try:
+        time_us = 1e6 * float(found[1] if found else 0.0) * (seconds_per(unit[1] if unit else "s") or 0.0)
+    except ValueError:
+        return 0
+    return round(time_us) if 0.0 < time_us < _LONGEST_FRAME_US else 0
 
 
 def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int, int] | None:

@@ -88,6 +88,8 @@ class Page:
     """Colour space of its file (`profile.py`)."""
     frames: int = 1
     """Of the first page of a stack: number of its time points."""
+    frame_us: int = 0
+    """Microseconds from time point to time point, or 0."""
 
     @property
     def stored_type(self) -> StoredType:
@@ -333,7 +335,7 @@ def _of_stack(path: Path, spec: Any, pages: list[Page]) -> list[Page]:
     description = _description(spec)
     order = order_of(path, description, (len(pages), pages[0].rows, pages[0].columns, pages[0].channels))
     images = order.images if len(pages) == 1 else 1
-    first = replace(pages[0], images=images, stains=order.channels, frames=order.frames)
+    first = replace(pages[0], images=images, stains=order.channels, frames=order.frames, frame_us=order.frame_us)
     x, y = (spec.get_float_attribute(name, 0.0) for name in ("XResolution", "YResolution"))
     resolution = PixelDensity(x, y, spec.get_string_attribute("ResolutionUnit", "none"))
     found = spacing_fm_zyx(description, resolution) if order.images > 1 else None

@@ -31,6 +31,7 @@ from volprep_formats.readers.pictures.file import (
 from volprep_formats.readers.pictures.imagej import OnePageSource, images_behind
 from volprep_formats.readers.pictures.kinds import SUFFIXES, pictures_in
 from volprep_formats.readers.pictures.names import in_order, strays_of, unordered
+from volprep_formats.readers.time_axis import TimeAxis
 from volprep_formats.source import ColourChannel, GreyOf, SourceInfo, SourceSpec, StackLayout
 
 
@@ -86,6 +87,15 @@ def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
     with workers() as pool:
         (pages,) = read_headers(pool, [path], Silent())
     return [""] * pages[0].stains
+
+
+def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
+    """Return the frames of a stack of ImageJ; other pictures are one volume."""
+    if path.is_dir():
+        return TimeAxis(1)
+    with workers() as pool:
+        (pages,) = read_headers(pool, [path], Silent())
+    return TimeAxis.even(pages[0].frames, pages[0].frame_us, 1e-6)
 
 
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource | OnePageSource:
