@@ -17,6 +17,7 @@ from volprep_cli.console import (
     progress,
     voxels_text,
 )
+from volprep_cli.outputs import default_package
 
 if TYPE_CHECKING:
     from volprep_formats.package.manifest import Manifest
@@ -30,7 +31,15 @@ Scene = Annotated[
         metavar="SCENE|SCAN",
     ),
 ]
-Output = Annotated[Path, typer.Option("-o", "--output", help="Package to write.", metavar="PACKAGE")]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        help="Package to write; if not given, NAME.volpkg in the current folder, for a scan or scene NAME.",
+        metavar="PACKAGE",
+    ),
+]
 Profile = Annotated[
     str | None,
     typer.Option(
@@ -57,7 +66,7 @@ Times = Annotated[bool, typer.Option("--timing", help="Also print the time that 
 @takes_choices
 def build(
     scene: Scene,
-    output: Output,
+    output: Output = None,
     profile: Profile = None,
     source: Source = None,
     *,
@@ -78,6 +87,9 @@ def build(
     from volprep.scene.request import request_of
     from volprep_cli.timing import Timing, print_times
 
+    if output is None:
+        output = default_package(scene)
+        print_note(f"writing {output}; -o PACKAGE names another")
     request = choices.of(request_of(scene, profile, source))
     if grid is not None:
         request = request.with_grid(grid)

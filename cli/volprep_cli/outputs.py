@@ -1,5 +1,6 @@
 """Options of several verbs: a package, and --force, which allows replacing files."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -16,3 +17,10 @@ def require_new(path: Path, *, force: bool) -> None:
     with output_errors(path):
         if path.exists() and not force:
             raise taken(path)
+
+
+def default_package(source: Path) -> Path:
+    """Return the package of a scan or scene in the current folder: head.volpkg for head.nii.gz, ct.volpkg for ct/."""
+    source = Path(os.path.abspath(source))  # noqa: PTH100 - resolve would follow a link to a file of another name
+    name = source.name if source.is_dir() else Path(source.name.removesuffix(".gz")).stem
+    return Path(f"{name}.volpkg")

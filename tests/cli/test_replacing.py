@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from command_line import volprep
 
+from volprep_cli.outputs import default_package
+
 
 @pytest.mark.long
 def test_a_build_replaces_its_own_package_and_no_other(tmp_path: Path) -> None:
@@ -21,3 +23,23 @@ def test_a_build_replaces_its_own_package_and_no_other(tmp_path: Path) -> None:
     assert "VP1303" in other.stderr
     forced = volprep("build", tmp_path / "b.npy", "-o", package, "--force", "-q")
     assert (forced.returncode, forced.stderr) == (0, "")
+
+
+def test_a_build_without_a_name_takes_that_of_the_scan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scans" / "ct.1").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    np.save(tmp_path / "scans" / "head.npy", np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
+    built = volprep("build", "../scans/head.npy", cwd=tmp_path / "out")
+    assert (built.returncode, "writing head.volpkg; -o PACKAGE names another" in built.stderr) == (0, True)
+    assert (tmp_path / "out" / "head.volpkg" / "manifest.json").exists()
+    assert not [*(tmp_path / "scans").glob("*.volpkg")]
+    np.save(tmp_path / "head.npy", np.arange(60, dtype=np.uint8).reshape(5, 4, 3))
+    assert "VP1303" in volprep("build", "../head.npy", cwd=tmp_path / "out").stderr
+    monkeypatch.chdir(tmp_path / "out")
+    names = {each: str(default_package(Path(each))) for each in ("a/head.nii.gz", "head.toml", "../scans/ct.1", "..")}
+    assert names == {
+        "a/head.nii.gz": "head.volpkg",
+        "head.toml": "head.volpkg",
+        "../scans/ct.1": "ct.1.volpkg",
+        "..": f"{tmp_path.name}.volpkg",
+    }
