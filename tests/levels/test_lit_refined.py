@@ -135,15 +135,24 @@ def test_levels_share_the_rays_whose_light_in_level_0_is_known(body) -> None:
         assert all(map(lit.refines, levels))
 
 
-def test_unlit_rays_refine_only_what_lit_rays_do_not_unless_that_is_to_be_thorough(lit) -> None:
+def candidates(refines: LitLevels | None, **changes):
     shared = SimpleNamespace(compositing="emission-absorption")
     plan = SimpleNamespace(is_classified=False, part=lambda _: None, shared=shared)
+    return _candidates(PLAN.model_copy(update=changes), plan, refines)
 
+
+def test_unlit_rays_refine_only_what_lit_rays_do_not_unless_that_is_to_be_thorough(lit) -> None:
     def is_tried(refines: LitLevels | None, **changes) -> bool:
-        return "refined" in _candidates(PLAN.model_copy(update=changes), plan, refines)
+        return "refined" in candidates(refines, **changes)
 
     assert not is_tried(lit, lit=True)
     assert is_tried(lit, lit=True, refine="thorough")
     assert is_tried(lit, lit=True, factors_zyx=(4, 4, 4))
     assert is_tried(None, lit=True)
     assert is_tried(lit, lit=False)
+
+
+def test_fewer_filters_are_tried_where_lit_rays_refine_a_level(lit) -> None:
+    assert candidates(lit, lit=True) == ("box", "least-squares", "appearance")
+    for more in ({"refine": "thorough"}, {"refine": "none"}, {"factors_zyx": (4, 4, 4)}, {"lit": False}):
+        assert len(candidates(lit, **{"lit": True} | more)) > 3
