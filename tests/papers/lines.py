@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter
-
-from volprep.report.canvas import MARKERS, SERIES, Plot, plot
+from volprep.report.canvas import MARKERS, SERIES, Axes, Plot, plot
 
 
 @dataclass(frozen=True)
@@ -27,10 +24,5 @@ def line_plot(lines: Sequence[Line], x: str, y: str) -> Plot:
 def _draw_lines(axes: Axes, lines: Sequence[Line], x: str, y: str) -> None:
     for number, line in enumerate(lines):
         colour, marker = SERIES[number % len(SERIES)], MARKERS[number // len(SERIES) % len(MARKERS)]
-        axes.plot(*zip(*line.points, strict=True), color=colour, marker=marker, markersize=4, label=line.label)
-    axes.set_xlim(left=0)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.plot(line.points, colour, line.label, marker=marker, size=4)
+    axes.x.label, axes.x.low, axes.y.label, axes.y.low = x, 0.0, y, 0.0

@@ -1,10 +1,13 @@
 """What the plots of a report show."""
 
 import re
+from itertools import product
 
 from sample_report import VIEWS, errors, report_of
 from tiny_packages import function
 
+from volprep.report.canvas import SERIES, Axes, Axis
+from volprep.report.canvas import plot as plot_of
 from volprep.report.plots import (
     DeviceCurve,
     curves_against_time,
@@ -42,3 +45,33 @@ def test_errors_that_are_all_0_have_a_linear_axis() -> None:
         curves_against_time([curve], 0.01),
     ):
         assert ">0<" in plot.wide
+
+
+def test_ticks_of_an_axis_are_round_numbers_within_it_and_no_closer_than_their_room() -> None:
+    for logarithmic, values in product(
+        (False, True), ((0.9, 1.1), (3e-6, 2.0), (5.0, 5.0), (1e-9, 1e9), (0.002, 0.07))
+    ):
+        axis = Axis(logarithmic=logarithmic, values=[*values])
+        places = [axis.place(tick) for tick in axis.ticks(300.0, 30.0)]
+        assert 2 <= len(places) <= 10
+        assert all(-1e-9 <= place <= 1 + 1e-9 for place in places)
+        assert places == sorted(places)
+
+
+def test_a_plot_has_a_point_where_its_value_lies_and_foreign_names_are_escaped() -> None:
+    def draw(axes: Axes) -> None:
+        axes.x, axes.y = Axis(low=0.0, high=10.0), Axis(low=0.0, high=1.0)
+        axes.plot([(5.0, 0.75)], SERIES[0], "<b>&", marker="o", dashes=None)
+
+    wide = plot_of(draw, height_inches=1.0).wide
+    assert '<g transform="translate(309.60 18.00)"><circle' in wide
+    assert "&lt;b&gt;&amp;" in wide
+    assert "<b>" not in wide
+
+
+def test_points_that_do_not_stretch_the_axes_leave_them() -> None:
+    axes = Axes()
+    axes.plot([(1.0, 1.0), (2.0, 2.0)], SERIES[0])
+    before = axes.y.place(1.5)
+    axes.plot([(1.0, 100.0)], SERIES[1], stretches=False)
+    assert axes.y.place(1.5) == before

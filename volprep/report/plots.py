@@ -6,13 +6,24 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.probe import SHARE
-from volprep.report.canvas import LIMIT, MARKERS, MUTED, PAGE, SERIES, Plot, across, logarithmic, plot
+from volprep.report.canvas import (
+    DASHED,
+    DOTTED,
+    LIMIT,
+    LONG,
+    MARKERS,
+    MUTED,
+    PAGE,
+    SERIES,
+    SOLID,
+    Axes,
+    Axis,
+    Plot,
+    plot,
+)
 from volprep.report.text import ratio
 from volprep.validation.comparison.colours import css_colour
 from volprep.validation.results.measurements import LevelFloor, ProgramResult, Sweep, SweepPoint
@@ -74,87 +85,53 @@ def transfer_plot(
 
 
 def _draw_error_against_time(axes: Axes, sweep: Sweep, report: Report) -> None:
-    errors = [point.total.seen_rmse for point in sweep.points]
-    logarithmic(axes, "median milliseconds per draw", "RMSE over seen pixels", errors)
+    axes.logarithmic(
+        "median milliseconds per draw", "RMSE over seen pixels", [point.total.seen_rmse for point in sweep.points]
+    )
     levels = [floor.level for floor in sweep.floors]
     for position, level in enumerate(levels):
-        points = _timed(sweep, level)
-        axes.errorbar(
-            [time.median for _, time in points],
-            [point.total.seen_rmse for point, _ in points],
-            xerr=_quartiles([time for _, time in points]),
-            color=SERIES[position % len(SERIES)],
+        points, colour = _timed(sweep, level), SERIES[position % len(SERIES)]
+        for point, time in points:
+            axes.plot([(end, point.total.seen_rmse) for end in (time.low, time.high)], colour)
+        axes.plot(
+            [(time.median, point.total.seen_rmse) for point, time in points],
+            colour,
+            f"level {level}: against truth",
             marker=MARKERS[position % len(MARKERS)],
-            label=f"level {level}: against truth",
-            linewidth=2.2 if position == 0 else 1.6,
+            width=2.2 if position == 0 else 1.6,
         )
-    finest = _timed(sweep, levels[0])
-    axes.plot(
-        [time.median for _, time in finest],
-        [point.drawing.seen_rmse for point, _ in finest],
-        color=SERIES[0],
-        marker="o",
-        markerfacecolor=PAGE,
-        linestyle=(0, (4, 2)),
-        label=f"level {levels[0]}: drawing error alone",
-    )
-    for point, time in finest:
-        axes.annotate(
-            ratio(point.step_ratio),
-            (time.median, point.drawing.seen_rmse),
-            xytext=(0, -13),
-            textcoords="offset points",
-            ha="center",
-            color=MUTED,
-            fontsize=8.5,
-        )
+    finest = [((time.median, point.drawing.seen_rmse), point.step_ratio) for point, time in _timed(sweep, levels[0])]
+    label = f"level {levels[0]}: drawing error alone"
+    axes.plot([place for place, _ in finest], SERIES[0], label, marker="o", hollow=PAGE, dashes=DASHED)
+    for place, step_ratio in finest:
+        axes.text(place, ratio(step_ratio), 0, 16, "middle")
     _floor(axes, sweep.floors[0], report)
-    across(axes, report.tolerance.rmse, LIMIT, (1, 2), "tolerance")
+    axes.across(report.tolerance.rmse, LIMIT, DOTTED, "tolerance")
 
 
 def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: float) -> None:
     errors = [error for curve in curves for _, error in (*curve.front, *curve.beside)]
-    logarithmic(axes, "milliseconds per draw", "RMSE", errors)
+    axes.logarithmic("milliseconds per draw", "RMSE", errors)
     for position, curve in enumerate(curves):
         colour, marker = SERIES[position % len(SERIES)], MARKERS[position % len(MARKERS)]
-        for points, label, line in ((curve.front, curve.label, "-"), (curve.beside, None, "none")):
-            times, errors = [point[0] for point in points], [point[1] for point in points]
-            size, alpha = (6.0, 1.0) if label else (4.0, 0.45)
-            axes.plot(
-                times, errors, label=label, linestyle=line, color=colour, marker=marker, markersize=size, alpha=alpha
-            )
-    axes.axhline(tolerance_rmse, color=LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="tolerance")
+        axes.plot(curve.front, colour, curve.label, marker=marker)
+        axes.plot(curve.beside, colour, marker=marker, dashes=None, size=4.0, opacity=0.45)
+    axes.across(tolerance_rmse, LIMIT, DOTTED, "tolerance")
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
     points = _of_level(sweep, sweep.floors[0].level)
-    steps, errors = [point.step_mm for point in points], [point.total.seen_rmse for point in points]
-    logarithmic(axes, "step in millimetres", "RMSE over seen pixels", errors)
-    axes.plot(steps, errors, color=SERIES[0], marker="o", label="against truth")
-    axes.plot(
-        steps,
-        [point.drawing.seen_rmse for point in points],
-        color=SERIES[0],
-        marker="o",
-        markerfacecolor=PAGE,
-        linestyle=(0, (4, 2)),
-        label="drawing error alone",
-    )
+    axes.logarithmic("step in millimetres", "RMSE over seen pixels", [point.total.seen_rmse for point in points])
+    axes.plot([(point.step_mm, point.total.seen_rmse) for point in points], SERIES[0], "against truth", marker="o")
+    drawing = [(point.step_mm, point.drawing.seen_rmse) for point in points]
+    axes.plot(drawing, SERIES[0], "drawing error alone", marker="o", hollow=PAGE, dashes=DASHED)
     measured = [(point.step_mm, point.quadrature.seen_rmse) for point in points if point.quadrature is not None]
     if measured:
-        axes.plot(*zip(*measured, strict=True), color=SERIES[1], marker="s", label="step and arithmetic alone")
-        # The line of the expected order must not stretch the axis.
-        axes.set_ylim(axes.get_ylim())
+        axes.plot(measured, SERIES[1], "step and arithmetic alone", marker="s")
         step, error = max(measured)
         order = sweep.convergence.expected
-        axes.plot(
-            steps,
-            [error * (other / step) ** order for other in steps],
-            color=MUTED,
-            linewidth=1,
-            linestyle=(0, (1, 2)),
-            label=f"order {order:g}",
-        )
+        expected = [(point.step_mm, error * (point.step_mm / step) ** order) for point in points]
+        axes.plot(expected, MUTED, f"order {order:g}", width=1.0, dashes=DOTTED, stretches=False)
     _floor(axes, sweep.floors[0], report)
 
 
@@ -174,39 +151,19 @@ def _share(form: FormTrial, report: Report) -> float:
 
 def _draw_error_against_size(axes: Axes, forms: Sequence[FormTrial], report: Report) -> None:
     shares = {form: _share(form, report) for form in forms}
-    logarithmic(axes, "megabytes of the finest level", "error, share of the tolerance", shares.values())
+    axes.logarithmic("megabytes of the finest level", "error, share of the tolerance", shares.values())
+    axes.x.margin, axes.y.margin = 0.25, 0.2
     for kept, label, series in ((True, "in the package", 0), (False, "refused", 1)):
-        found = [form for form in forms if form.kept == kept]
+        found = [(form.size_bytes / 1e6, shares[form]) for form in forms if form.kept == kept]
         if found:
-            axes.plot(
-                [form.size_bytes / 1e6 for form in found],
-                [shares[form] for form in found],
-                color=SERIES[series],
-                marker=MARKERS[series],
-                linestyle="none",
-                label=label,
-            )
+            axes.plot(found, SERIES[series], label, marker=MARKERS[series], dashes=None)
     for number, form in enumerate(sorted(forms, key=shares.__getitem__)):
+        name = form.format if form.channel is None else f"{form.channel}: {form.format}"
         # Beside each other, names of forms of one size would lie on each other.
-        axes.annotate(
-            form.format if form.channel is None else f"{form.channel}: {form.format}",
-            (form.size_bytes / 1e6, shares[form]),
-            xytext=(7, 5 if number % 2 else -5),
-            textcoords="offset points",
-            va="center",
-            color=MUTED,
-            fontsize=8.5,
-        )
-    axes.margins(x=0.25, y=0.2)
-    axes.axvline(
-        plain_bytes(report.package.manifest) / 1e6,
-        color=MUTED,
-        linewidth=1.6,
-        linestyle=(0, (6, 3)),
-        label="uncompressed",
-    )
-    axes.axhline(1.0, color=LIMIT, linewidth=1.4, label="tolerance")
-    axes.axhline(SHARE, color=LIMIT, linewidth=1.4, linestyle=(0, (1, 2)), label="half of the tolerance")
+        axes.text((form.size_bytes / 1e6, shares[form]), name, 7, -2 if number % 2 else 8)
+    axes.down(plain_bytes(report.package.manifest) / 1e6, MUTED, LONG, "uncompressed")
+    axes.across(1.0, LIMIT, SOLID, "tolerance")
+    axes.across(SHARE, LIMIT, DOTTED, "half of the tolerance")
 
 
 def _draw_transfer(
@@ -227,31 +184,20 @@ def _draw_transfer(
         upper = np.column_stack([inside, height(np.interp(inside, values, extinctions))])
         strips.append([(left, 0.0), *upper, (right, 0.0)])
         colours.append(css_colour((red, green, blue)))
-    # All strips at once: one call of fill_between for each took half of the time of the page.
-    axes.add_collection(PolyCollection(strips, facecolors=colours, edgecolors=colours))
+    axes.area(strips, colours)
     # Between two points extinction is a straight line, and opacity is not.
     numbers = np.arange(len(values))
     places = numbers if opaque_length_mm is None else np.linspace(0, numbers[-1], 16 * numbers[-1] + 1)
     heights = height(np.interp(places, numbers, extinctions))
-    axes.plot(np.interp(places, numbers, values), heights, color=SERIES[0])
-    axes.set_xlim(low, high)
-    axes.set_ylim(bottom=0)
-    axes.set_axisbelow(True)
-    axes.set_xlabel(f"value in {unit}" if unit else "value")
-    axes.set_ylabel("extinction per mm" if opaque_length_mm is None else "opacity")
-    axes.yaxis.set_major_locator(MaxNLocator(4))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.plot([*zip(np.interp(places, numbers, values).tolist(), heights.tolist(), strict=True)], SERIES[0])
+    axes.x = Axis(f"value in {unit}" if unit else "value", low=low, high=high)
+    axes.y.label, axes.y.low = "extinction per mm" if opaque_length_mm is None else "opacity", 0.0
+    axes.y.most_ticks = 4
 
 
 def _timed(sweep: Sweep, level: int) -> list[tuple[SweepPoint, Milliseconds]]:
     """Return the points of a level that were timed, with their times."""
     return [(point, point.draw) for point in _of_level(sweep, level) if point.draw is not None]
-
-
-def _quartiles(times: Sequence[Milliseconds]) -> tuple[list[float], list[float]]:
-    """Return the distances of the quartiles from the medians, below and above."""
-    return [time.median - time.low for time in times], [time.high - time.median for time in times]
 
 
 def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
@@ -261,5 +207,4 @@ def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
 def _floor(axes: Axes, floor: LevelFloor, report: Report) -> None:
     """Draw the data error as a line, if it exceeds the oracle's own error."""
     if floor.data.seen_rmse >= report.oracle_tolerance:
-        label = f"data error of level {floor.level}"
-        across(axes, floor.data.seen_rmse, MUTED, (6, 3), label)
+        axes.across(floor.data.seen_rmse, MUTED, LONG, f"data error of level {floor.level}")

@@ -291,7 +291,7 @@ def _candidates(level: LevelPlan, plan: ChannelPlan, lit: LitLevels | None) -> t
         filters = COMPOSITINGS[plan.shared.compositing].level_filters
         return tuple(name for name in filters if not (is_edited and name in BY_LOOKS))
     candidates = FREE_CANDIDATES if is_edited else CANDIDATES
-    left_out = {"refined"} if level.refine == "none" else set()
+    left_out: set[LevelFilter] = {"refined"} if level.refine == "none" else set()
     # What follows unlit light first is hardly nearer in lit pictures, once lit rays were followed.
     if level.refine == "auto" and level.lit and lit is not None and lit.refines(level.factors_zyx):
         left_out = {*candidates} - _BEFORE_LIT_RAYS

@@ -1,16 +1,18 @@
 """Pictures for a page: differences as colours, and colours for a page.
 
-The colours of differences are matplotlib's magma: lightness rises evenly, so that twice as bright reads as more, also
-for colour-blind people and on paper.
+The colours of differences run from black over violet and orange to light yellow: lightness rises evenly, so that twice
+as bright reads as more, also for colour-blind people and on paper.
 """
 
 import numpy as np
 
 from volprep.truth.picture import encoded
-from volprep_formats.arrays import Float32Array, Float64Array, FloatArray, UInt8Array
+from volprep_formats.arrays import Float32Array, FloatArray, UInt8Array
 
 _LARGEST_GAIN = 256.0
 """Shows a difference of one 8-bit step as white."""
+_ANCHORS = np.array([[0, 0, 0], [58, 18, 110], [165, 40, 115], [240, 100, 70], [255, 185, 95], [255, 250, 205]])
+"""sRGB of some grades."""
 
 
 def css_colour(linear: tuple[float, float, float]) -> str:
@@ -46,10 +48,9 @@ def coloured(differences: FloatArray, gain: float) -> UInt8Array:
 
 def colours() -> UInt8Array:
     """Return the colour of each of 256 grades of difference, [256, 3]."""
-    from matplotlib import colormaps  # noqa: PLC0415 - heavy, and pages without differences need none
-
-    table: Float64Array = colormaps["magma"](np.arange(256))
-    return _bytes(table[:, :3])
+    luma = _ANCHORS @ [0.2126, 0.7152, 0.0722]
+    grades = np.linspace(0.0, luma[-1], 256)
+    return _bytes(np.column_stack([np.interp(grades, luma, channel) for channel in _ANCHORS.T]) / 255.0)
 
 
 def _bytes(values: FloatArray) -> UInt8Array:
