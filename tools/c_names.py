@@ -46,6 +46,7 @@ ENUMS = {
     "LightModel.channels": "light_channels",
     "LightModel.kind": "light_kind",
     "MosaicLayout.order": "mosaic_order",
+    "OnDemand.format": "brick_format",
     "Normals.code": "normal_code",
     "Normals.space": "normal_space",
     "Segments.border": "segment_border",

@@ -23,6 +23,14 @@ Point = Annotated[
         min=0, help="Draw the sub-volumes around this point of the grid instead of a level.", metavar="NUMBER"
     ),
 ]
+Memory = Annotated[
+    float | None,
+    typer.Option(
+        min=0.0,
+        help="Draw from the bricks on demand that fit into so many MiB, instead of a level, and say what is missing.",
+        metavar="MIB",
+    ),
+]
 Edit = Annotated[
     Path | None,
     typer.Option(
@@ -68,6 +76,7 @@ def render(
     transfer: Transfer = None,
     background: Background = "black",
     step: Step = None,
+    memory: Memory = None,
     edit: Edit = None,
     fill: Fill = True,
     lines: Lines = False,
@@ -104,13 +113,17 @@ def render(
         edit=edit,
         fill=fill,
         hybrid=hybrid,
+        brick_bytes=None if memory is None else int(memory * 2**20),
     )
     taken = take(package, shot, output)
     if as_json:
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
+        drawn |= {"notes": list(taken.notes)} if taken.notes else {}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})
         return
     print_line(f"{output}: {width}×{height}, level {taken.level}, {taken.drawn_by}, {taken.driver}")
+    for note in taken.notes:
+        print_line(note)
     if taken.seen == 0.0:
         print_line("Nothing is seen: every pixel is empty. The volume may be smaller than a pixel, or transparent.")
 

@@ -146,6 +146,8 @@ typedef struct volpkg_gl {
 /* clang-format off */
 typedef enum volpkg_api { VOLPKG_API_ES1_1, VOLPKG_API_ES2_0, VOLPKG_API_ES3_0 } volpkg_api;
 typedef enum volpkg_axis { VOLPKG_AXIS_X, VOLPKG_AXIS_Y, VOLPKG_AXIS_Z } volpkg_axis;
+typedef enum volpkg_brick_format { VOLPKG_BRICK_FORMAT_R8UNORM, VOLPKG_BRICK_FORMAT_R16UNORM,
+    VOLPKG_BRICK_FORMAT_R16FLOAT } volpkg_brick_format;
 typedef enum volpkg_classification { VOLPKG_CLASSIFICATION_LOOKUP, VOLPKG_CLASSIFICATION_PREINTEGRATED,
     VOLPKG_CLASSIFICATION_PALETTE, VOLPKG_CLASSIFICATION_CONTROL_POINTS, VOLPKG_CLASSIFICATION_PRECLASSIFIED,
     VOLPKG_CLASSIFICATION_COLOUR } volpkg_classification;
@@ -155,8 +157,9 @@ typedef enum volpkg_compositing { VOLPKG_COMPOSITING_EMISSION_ABSORPTION, VOLPKG
 typedef enum volpkg_dimension { VOLPKG_DIMENSION_2D, VOLPKG_DIMENSION_3D } volpkg_dimension;
 typedef enum volpkg_draw_order { VOLPKG_DRAW_ORDER_FRONT_TO_BACK, VOLPKG_DRAW_ORDER_BACK_TO_FRONT } volpkg_draw_order;
 typedef enum volpkg_file_role { VOLPKG_FILE_ROLE_TEXTURE, VOLPKG_FILE_ROLE_SHADER, VOLPKG_FILE_ROLE_PREVIEW,
-    VOLPKG_FILE_ROLE_GRID, VOLPKG_FILE_ROLE_SUBVOLUME, VOLPKG_FILE_ROLE_MESH, VOLPKG_FILE_ROLE_HISTOGRAM,
-    VOLPKG_FILE_ROLE_WORK, VOLPKG_FILE_ROLE_OTHER /* of a later version: ignore it */ } volpkg_file_role;
+    VOLPKG_FILE_ROLE_GRID, VOLPKG_FILE_ROLE_SUBVOLUME, VOLPKG_FILE_ROLE_BRICKS, VOLPKG_FILE_ROLE_MESH,
+    VOLPKG_FILE_ROLE_HISTOGRAM, VOLPKG_FILE_ROLE_WORK, VOLPKG_FILE_ROLE_OTHER /* of a later version: ignore it */ }
+    volpkg_file_role;
 typedef enum volpkg_filter { VOLPKG_FILTER_LINEAR, VOLPKG_FILTER_NEAREST } volpkg_filter;
 typedef enum volpkg_geometry { VOLPKG_GEOMETRY_TRIANGLE, VOLPKG_GEOMETRY_FRONT_FACES, VOLPKG_GEOMETRY_BACK_FACES,
     VOLPKG_GEOMETRY_MESH, VOLPKG_GEOMETRY_AXIS_SLICES, VOLPKG_GEOMETRY_VIEW_SLICES, VOLPKG_GEOMETRY_HALF_ANGLE_SLICES }
@@ -189,7 +192,7 @@ typedef enum volpkg_role { VOLPKG_ROLE_VOLUME, VOLPKG_ROLE_BRICKS, VOLPKG_ROLE_T
     VOLPKG_ROLE_LOOKS, VOLPKG_ROLE_LABEL_SETS, VOLPKG_ROLE_LIGHT, VOLPKG_ROLE_OTHER /* of a later version: ignore it */
     } volpkg_role;
 typedef enum volpkg_sampling { VOLPKG_SAMPLING_TEXTURE3D, VOLPKG_SAMPLING_MOSAIC, VOLPKG_SAMPLING_SUBVOLUMES,
-    VOLPKG_SAMPLING_BRICKS } volpkg_sampling;
+    VOLPKG_SAMPLING_BRICKS, VOLPKG_SAMPLING_ON_DEMAND } volpkg_sampling;
 typedef enum volpkg_segment_border { VOLPKG_SEGMENT_BORDER_MIXED, VOLPKG_SEGMENT_BORDER_CRISP } volpkg_segment_border;
 typedef enum volpkg_shadows { VOLPKG_SHADOWS_NONE, VOLPKG_SHADOWS_RAYS, VOLPKG_SHADOWS_MAP, VOLPKG_SHADOWS_HALF_ANGLE }
     volpkg_shadows;
@@ -271,6 +274,12 @@ typedef struct volpkg_bricks {
        y, then z. */
     int32_t stored;
 } volpkg_bricks;
+
+/* A level in bricks. */
+typedef struct volpkg_brick_level {
+    /* Voxels of level 0 along the edges of one of its voxels. */
+    int32_t factors_zyx[3];
+} volpkg_brick_level;
 
 /* Positions of the voxels of one level, in the patient's space. */
 typedef struct volpkg_grid {
@@ -568,6 +577,17 @@ typedef struct volpkg_editing {
     /* One for each level except level 0; none for labels, because one table serves all their levels. */
     VOLPKG_LIST(volpkg_histogram) histograms;
 } volpkg_editing;
+
+/* A picture of the bricks on demand that a device holds. */
+typedef struct volpkg_from_bricks {
+    /* Name of the program. */
+    const char* program;
+    /* Names of textures: one for each sampler of the program, in their order. `brick-pool` and `brick-pages` are the
+       two that a reader fills. */
+    VOLPKG_LIST(char* const) textures;
+    /* Nominal distance of the samples along a ray. */
+    double step_mm;
+} volpkg_from_bricks;
 
 /* A point where up to eight pieces meet. The device holds the pieces around one point at a time. */
 typedef struct volpkg_grid_point {
@@ -1012,6 +1032,22 @@ typedef struct volpkg_subvolumes {
     const volpkg_subvolume_grid* grid;
 } volpkg_subvolumes;
 
+/* Every level of the volume in bricks of one size, the coarsest level first. */
+typedef struct volpkg_on_demand {
+    /* File with a record of 24 bytes for each brick. */
+    const char* index;
+    /* File with the bricks that are stored, one after the other. */
+    const char* bricks;
+    /* Voxels along an edge of a brick. It holds one layer more on each side, of its neighbours' voxels. */
+    int32_t size;
+    /* Its levels, the finest first. */
+    VOLPKG_LIST(volpkg_brick_level) levels;
+    /* Format of a texel. */
+    volpkg_brick_format format;
+    /* Places for bricks along each axis of the pool, the texture of the bricks that a device holds at a time. */
+    int32_t places_zyx[3];
+} volpkg_on_demand;
+
 /* A closed mesh around everything that a transfer function shows of a level. */
 typedef struct volpkg_mesh {
     /* Name, unique in the package. */
@@ -1092,6 +1128,8 @@ typedef struct volpkg_picture {
     VOLPKG_LIST(volpkg_drawing_record) drawings;
     /* Level 0 drawn from its sub-volumes, if the package has them. NULL if absent. */
     const volpkg_pieces* pieces;
+    /* Drawn from bricks on demand, if the package has them. NULL if absent. */
+    const volpkg_from_bricks* on_demand;
 } volpkg_picture;
 
 /* A coded name. */
@@ -1298,6 +1336,8 @@ typedef struct volpkg_package {
     const volpkg_editing* editing;
     /* Level 0 in sub-volumes, for devices that cannot hold it whole. NULL if absent. */
     const volpkg_subvolumes* subvolumes;
+    /* All levels in bricks, which a reader fetches as a view needs them. NULL if absent. */
+    const volpkg_on_demand* on_demand;
     /* Proxy geometry. NULL if absent. */
     const volpkg_proxy* proxy;
     /* Picture of the package, PNG. NULL if absent. */
@@ -2919,6 +2959,10 @@ static const volpkg__field volpkg__brick_layout_fields[] = {
     {"stored", &volpkg__int_from_1, offsetof(volpkg_bricks, stored), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__brick_layout_record, volpkg_bricks, volpkg__brick_layout_fields)
+static const volpkg__field volpkg__brick_level_fields[] = {
+    {"factors_zyx", &volpkg__int_from_1_x3, offsetof(volpkg_brick_level, factors_zyx), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__brick_level_record, volpkg_brick_level, volpkg__brick_level_fields)
 VOLPKG__NUMBERS(volpkg__label, VOLPKG__LABEL, const char*, 0, 0, 0)
 VOLPKG__NUMBERS(volpkg__real_above_0, VOLPKG__REAL, double, 0.0, VOLPKG__HUGE, 1)
 VOLPKG__EXACTLY(volpkg__real_above_0_x3, volpkg__real_above_0, 3, double)
@@ -3135,7 +3179,7 @@ VOLPKG__RECORDS(volpkg__editing_record, volpkg_editing, volpkg__editing_fields)
 VOLPKG__NUMBERS(volpkg__path, VOLPKG__PATH, const char*, 0, 0, 0)
 static const volpkg__named volpkg__file_role_words[] = {{"texture", VOLPKG_FILE_ROLE_TEXTURE},
     {"shader", VOLPKG_FILE_ROLE_SHADER}, {"preview", VOLPKG_FILE_ROLE_PREVIEW}, {"grid", VOLPKG_FILE_ROLE_GRID},
-    {"subvolume", VOLPKG_FILE_ROLE_SUBVOLUME}, {"mesh", VOLPKG_FILE_ROLE_MESH},
+    {"subvolume", VOLPKG_FILE_ROLE_SUBVOLUME}, {"bricks", VOLPKG_FILE_ROLE_BRICKS}, {"mesh", VOLPKG_FILE_ROLE_MESH},
     {"histogram", VOLPKG_FILE_ROLE_HISTOGRAM}, {"work", VOLPKG_FILE_ROLE_WORK}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__file_role_word, VOLPKG__OPEN, VOLPKG_FILE_ROLE_OTHER, volpkg__file_role_words)
 static const volpkg__field volpkg__file_record_fields[] = {
@@ -3145,6 +3189,12 @@ static const volpkg__field volpkg__file_record_fields[] = {
     {"sha256", &volpkg__digest, offsetof(volpkg_file, sha256), VOLPKG__NEEDED, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__file_record_record, volpkg_file, volpkg__file_record_fields)
+static const volpkg__field volpkg__from_bricks_fields[] = {
+    {"program", &volpkg__string, offsetof(volpkg_from_bricks, program), VOLPKG__NEEDED, 0, NULL},
+    {"textures", &volpkg__string_list, offsetof(volpkg_from_bricks, textures), VOLPKG__NEEDED, 0, NULL},
+    {"step_mm", &volpkg__real_above_0, offsetof(volpkg_from_bricks, step_mm), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__from_bricks_record, volpkg_from_bricks, volpkg__from_bricks_fields)
 static const volpkg__named volpkg__point_kind_words[] = {{"corner", VOLPKG_POINT_KIND_CORNER},
     {"edge", VOLPKG_POINT_KIND_EDGE}, {"column edge", VOLPKG_POINT_KIND_COLUMN_EDGE},
     {"plane", VOLPKG_POINT_KIND_PLANE}, {"interior", VOLPKG_POINT_KIND_INTERIOR}, {NULL, 0}};
@@ -3435,6 +3485,23 @@ static const volpkg__field volpkg__subvolume_files_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__subvolume_files_record, volpkg_subvolumes, volpkg__subvolume_files_fields)
 VOLPKG__MAYBE(volpkg__subvolume_files_record_pointer, volpkg__subvolume_files_record)
+VOLPKG__NUMBERS(volpkg__int_from_2_to_128, VOLPKG__INT, int32_t, 2.0, 128.0, 1)
+VOLPKG__MANY(volpkg__brick_level_record_list_1_to_16, volpkg__brick_level_record, 1, 16.0)
+static const volpkg__named volpkg__brick_format_words[] = {{"r8unorm", VOLPKG_BRICK_FORMAT_R8UNORM},
+    {"r16unorm", VOLPKG_BRICK_FORMAT_R16UNORM}, {"r16float", VOLPKG_BRICK_FORMAT_R16FLOAT}, {NULL, 0}};
+VOLPKG__WORDS(volpkg__brick_format_word, VOLPKG__NAMED, 0, volpkg__brick_format_words)
+VOLPKG__NUMBERS(volpkg__int_from_1_to_255, VOLPKG__INT, int32_t, 1.0, 255.0, 1)
+VOLPKG__EXACTLY(volpkg__int_from_1_to_255_x3, volpkg__int_from_1_to_255, 3, int32_t)
+static const volpkg__field volpkg__on_demand_fields[] = {
+    {"index", &volpkg__path, offsetof(volpkg_on_demand, index), VOLPKG__NEEDED, 0, NULL},
+    {"bricks", &volpkg__path, offsetof(volpkg_on_demand, bricks), VOLPKG__NEEDED, 0, NULL},
+    {"size", &volpkg__int_from_2_to_128, offsetof(volpkg_on_demand, size), VOLPKG__NEEDED, 0, NULL},
+    {"levels", &volpkg__brick_level_record_list_1_to_16, offsetof(volpkg_on_demand, levels), VOLPKG__NEEDED, 0, NULL},
+    {"format", &volpkg__brick_format_word, offsetof(volpkg_on_demand, format), VOLPKG__NEEDED, 0, NULL},
+    {"places_zyx", &volpkg__int_from_1_to_255_x3, offsetof(volpkg_on_demand, places_zyx), VOLPKG__NEEDED, 0, NULL},
+    VOLPKG__END};
+VOLPKG__RECORDS(volpkg__on_demand_record, volpkg_on_demand, volpkg__on_demand_fields)
+VOLPKG__MAYBE(volpkg__on_demand_record_pointer, volpkg__on_demand_record)
 static const volpkg__field volpkg__proxy_mesh_file_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_mesh, name), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_mesh, transfer), VOLPKG__NEEDED, 0, NULL},
@@ -3480,12 +3547,14 @@ static const volpkg__field volpkg__pieces_fields[] = {
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__pieces_record, volpkg_pieces, volpkg__pieces_fields)
 VOLPKG__MAYBE(volpkg__pieces_record_pointer, volpkg__pieces_record)
+VOLPKG__MAYBE(volpkg__from_bricks_record_pointer, volpkg__from_bricks_record)
 static const volpkg__field volpkg__picture_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
     {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
     {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
     {"drawings", &volpkg__drawing_record_list_to_16384, offsetof(volpkg_picture, drawings), 0, 0, NULL},
     {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
+    {"on_demand", &volpkg__from_bricks_record_pointer, offsetof(volpkg_picture, on_demand), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__picture_record, volpkg_picture, volpkg__picture_fields)
 VOLPKG__MANY(volpkg__picture_record_list_to_256, volpkg__picture_record, 0, 256.0)
@@ -3575,7 +3644,7 @@ VOLPKG__WORDS(volpkg__state_word, VOLPKG__NAMED, 0, volpkg__state_words)
 VOLPKG__MANY(volpkg__channel_record_list_to_32, volpkg__channel_record, 0, 32.0)
 static const volpkg__named volpkg__sampling_words[] = {{"texture3d", VOLPKG_SAMPLING_TEXTURE3D},
     {"mosaic", VOLPKG_SAMPLING_MOSAIC}, {"subvolumes", VOLPKG_SAMPLING_SUBVOLUMES}, {"bricks", VOLPKG_SAMPLING_BRICKS},
-    {NULL, 0}};
+    {"on-demand", VOLPKG_SAMPLING_ON_DEMAND}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__sampling_word, VOLPKG__NAMED, 0, volpkg__sampling_words)
 static const volpkg__named volpkg__technique_words[] = {{"ray-casting", VOLPKG_TECHNIQUE_RAY_CASTING},
     {"ray-casting-as-published", VOLPKG_TECHNIQUE_RAY_CASTING_AS_PUBLISHED}, {"two-pass", VOLPKG_TECHNIQUE_TWO_PASS},
@@ -3668,6 +3737,7 @@ static const volpkg__field volpkg__manifest_fields[] = {
     {"editing", &volpkg__editing_record_pointer, offsetof(volpkg_package, editing), VOLPKG__NULLABLE, 0, NULL},
     {"subvolumes", &volpkg__subvolume_files_record_pointer, offsetof(volpkg_package, subvolumes), VOLPKG__NULLABLE, 0,
      NULL},
+    {"on_demand", &volpkg__on_demand_record_pointer, offsetof(volpkg_package, on_demand), VOLPKG__NULLABLE, 0, NULL},
     {"proxy", &volpkg__proxy_record_pointer, offsetof(volpkg_package, proxy), VOLPKG__NULLABLE, 0, NULL},
     {"preview", &volpkg__path, offsetof(volpkg_package, preview), VOLPKG__NULLABLE, 0, NULL},
     {"name", &volpkg__string, offsetof(volpkg_package, name), VOLPKG__NEEDED, 0, NULL},
@@ -4170,6 +4240,10 @@ static volpkg_code volpkg__use_files(volpkg__reader* r, const volpkg_package* p)
                                     is_texture ? VOLPKG_FILE_ROLE_TEXTURE : VOLPKG_FILE_ROLE_SUBVOLUME, NULL));
         }
         VOLPKG__TRY(volpkg__use(r, p, files->grid_path, VOLPKG_FILE_ROLE_GRID, NULL));
+    }
+    if (p->on_demand != NULL) {
+        VOLPKG__TRY(volpkg__use(r, p, p->on_demand->index, VOLPKG_FILE_ROLE_BRICKS, NULL));
+        VOLPKG__TRY(volpkg__use(r, p, p->on_demand->bricks, VOLPKG_FILE_ROLE_BRICKS, NULL));
     }
     if (p->preview) VOLPKG__TRY(volpkg__use(r, p, p->preview, VOLPKG_FILE_ROLE_PREVIEW, NULL));
     return VOLPKG_OK;
@@ -4948,6 +5022,30 @@ static volpkg_code volpkg__block_rules(volpkg__reader* r, const volpkg_package* 
 }
 
 /* Parts rely on textures of blocks, segments of labels, and meshes. */
+/* Levels that begin at 1 and keep or double each factor, a record for each of their bricks, and room for the last. */
+static volpkg_code volpkg__on_demand_rules(volpkg__reader* r, const volpkg_package* p) {
+    const volpkg_on_demand* bricks = p->on_demand;
+    const volpkg_file* index = volpkg_find_file(p, bricks->index);
+    double all = 0.0, last = 0.0;
+    int32_t i, axis;
+    for (i = 0; i < bricks->levels.count; ++i) {
+        const int32_t* factors = bricks->levels.at[i].factors_zyx;
+        last = 1.0;
+        for (axis = 0; axis < 3; ++axis) {
+            double before = i == 0 ? 1.0 : (double)bricks->levels.at[i - 1].factors_zyx[axis];
+            VOLPKG__RULE(factors[axis] == before || (i > 0 && factors[axis] == 2.0 * before), bricks->index,
+                         "its levels do not begin at 1 and keep or double each factor");
+            last *= ceil(ceil((double)p->grid->shape_zyx[axis] / factors[axis]) / bricks->size);
+        }
+        all += last;
+    }
+    VOLPKG__RULE(all <= 67108864.0 && index != NULL && (double)index->size_bytes == 24.0 * all, bricks->index,
+                 "it has no record of 24 bytes for each brick");
+    VOLPKG__RULE(last <= (double)bricks->places_zyx[0] * bricks->places_zyx[1] * bricks->places_zyx[2], bricks->index,
+                 "its pool does not hold the coarsest level");
+    return VOLPKG_OK;
+}
+
 static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k;
     for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
@@ -4970,7 +5068,7 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
             level = volpkg__level_of(&p->channels.at[k], mesh->level);
         if (mesh->path != NULL && level != NULL) VOLPKG__TRY(volpkg__read_mesh(r, mesh, level->grid.shape_zyx));
     }
-    return VOLPKG_OK;
+    return p->on_demand == NULL || p->grid == NULL ? VOLPKG_OK : volpkg__on_demand_rules(r, p);
 }
 
 static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* p) {
@@ -5026,12 +5124,18 @@ static const volpkg_uniform_value* volpkg__value_of(const volpkg_drawing_record*
     return NULL;
 }
 
-/* The textures of a drawing or of pieces, whose samplers read sub-volumes, too. */
+/* Whether a texture is one that a reader makes: a piece of sub-volumes, or of bricks on demand their pool and pages. */
+static int volpkg__is_made(const char* name, int of_bricks) {
+    if (!of_bricks) return volpkg__piece_of(name) >= 0;
+    return strcmp(name, "brick-pool") == 0 || strcmp(name, "brick-pages") == 0;
+}
+
+/* The textures of a drawing, of pieces (`made` is 1) or of bricks on demand (2). */
 static volpkg_code volpkg__textures_rules(volpkg__reader* r, const volpkg_package* p, const volpkg_picture* picture,
-                                          const char* const* textures, int32_t count, int in_pieces) {
+                                          const char* const* textures, int32_t count, int made) {
     int32_t i;
     for (i = 0; i < count; ++i)
-        VOLPKG__RULE((in_pieces && volpkg__piece_of(textures[i]) >= 0) || volpkg__texture_named(p, textures[i]) != NULL,
+        VOLPKG__RULE((made && volpkg__is_made(textures[i], made == 2)) || volpkg__texture_named(p, textures[i]) != NULL,
                      picture->name, "it names a texture that is not there");
     return VOLPKG_OK;
 }
@@ -5066,6 +5170,7 @@ static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package
     for (i = 0; i < p->pictures.count; ++i) {
         const volpkg_picture* picture = &p->pictures.at[i];
         const volpkg_pieces* pieces = picture->pieces;
+        const volpkg_from_bricks* bricks = picture->on_demand;
         const volpkg_channel* channel = NULL;
         for (k = picture->media.count - 1; k >= 0; --k) {
             int32_t owner = volpkg__owner(p, picture->media.at[k].transfer);
@@ -5086,10 +5191,16 @@ static volpkg_code volpkg__picture_rules(volpkg__reader* r, const volpkg_package
                          picture->name, "it does not draw the same levels of each frame");
             VOLPKG__TRY(volpkg__drawing_rules(r, p, picture, drawing));
         }
-        if (pieces == NULL) continue;
-        VOLPKG__RULE(p->subvolumes != NULL, picture->name, "it has pieces, and the package has no sub-volumes");
-        VOLPKG__TRY(volpkg__textures_rules(r, p, picture, pieces->textures.at, pieces->textures.count, 1));
-        VOLPKG__TRY(volpkg__read_rules(r, p, picture, pieces->program, pieces->textures.count));
+        if (pieces != NULL) {
+            VOLPKG__RULE(p->subvolumes != NULL, picture->name, "it has pieces, and the package has no sub-volumes");
+            VOLPKG__TRY(volpkg__textures_rules(r, p, picture, pieces->textures.at, pieces->textures.count, 1));
+            VOLPKG__TRY(volpkg__read_rules(r, p, picture, pieces->program, pieces->textures.count));
+        }
+        if (bricks != NULL) {
+            VOLPKG__RULE(p->on_demand != NULL, picture->name, "it is drawn on demand, and the package has no bricks");
+            VOLPKG__TRY(volpkg__textures_rules(r, p, picture, bricks->textures.at, bricks->textures.count, 2));
+            VOLPKG__TRY(volpkg__read_rules(r, p, picture, bricks->program, bricks->textures.count));
+        }
     }
     return VOLPKG_OK;
 }

@@ -18,6 +18,7 @@ from volprep.parts.levels.part import PART as LEVELS
 from volprep.parts.light.part import PART as LIGHT
 from volprep.parts.mosaic.part import PART as MOSAIC
 from volprep.parts.normals.part import PART as NORMALS
+from volprep.parts.on_demand.part import PART as ON_DEMAND
 from volprep.parts.part import Part
 from volprep.parts.programs.part import PART as PROGRAMS
 from volprep.parts.proxy.part import PART as PROXY
@@ -48,6 +49,7 @@ PARTS: tuple[Part, ...] = (
     SEGMENTS,
     PROXY,
     SUBVOLUMES,
+    ON_DEMAND,
     EDITING,
     SLICES,
     PROGRAMS,

@@ -6,13 +6,17 @@ from pathlib import Path
 from volprep.parts.editing.inputs import FunctionEdit
 from volprep.pipeline.framing import filled
 from volprep.render.hybrid import HybridWish, hybrid_picture
+from volprep.render.on_demand.bricks import BrickFile
+from volprep.render.on_demand.choice import choose
+from volprep.render.on_demand.inputs import from_bricks
+from volprep.render.on_demand.rays import view_loss
 from volprep.render.renderer import Renderer
 from volprep.render.renderers import renderer_of
 from volprep.render.slices import SliceRenderer
 from volprep.scene.request import load_edit
 from volprep.truth.camera import Camera, standard_views, view_from, widest_view
 from volprep.truth.picture import Background, encoded
-from volprep_formats.arrays import FloatArray
+from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.output import write_file
@@ -49,6 +53,8 @@ class Shot:
     """Whether the visible part fills the picture; if not, all views show the volume in one size."""
     hybrid: HybridWish | None = None
     """Lines around the volume, and a smaller picture of it; the settings of the package if absent."""
+    brick_bytes: int | None = None
+    """Memory for bricks on demand, from which the picture is then drawn."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,8 @@ class Taken:
     """Driver."""
     seen: float
     """Part of the pixels in which something is seen."""
+    notes: tuple[str, ...] = ()
+    """What is missing in a picture from bricks on demand, and how much that may be."""
 
 
 def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
@@ -79,6 +87,8 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
         box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
         if shot.fill and min(shot.shape_hw) > 0:
             box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
+        if shot.brick_bytes is not None:
+            return _from_bricks(package, shot, shot.brick_bytes, box_from_clip)
         asked = None if package.manifest.render is None else package.manifest.render.hybrid
         hybrid = shot.hybrid or (None if asked is None else HybridWish.of_package(asked, shot.shape_hw))
         if hybrid is None:
@@ -95,6 +105,23 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     picture, taken = draw(package_path, shot)
     write_file(picture_path, png_bytes(encoded(picture, shot.background)), "VP5021")
     return taken
+
+
+def _from_bricks(
+    package: Package, shot: Shot, most_bytes: int, box_from_clip: Float64Array
+) -> tuple[FloatArray, Taken]:
+    """Draw from the bricks that fit into a memory, those first whose loss is greatest."""
+    bricks, damaged = BrickFile.of(package), list[VolprepError]()
+    view = view_loss(bricks, box_from_clip, shot.shape_hw)
+    chosen = choose(bricks, view, min(most_bytes // bricks.layout.brick_bytes, bricks.layout.places), 0.0)
+    inputs = from_bricks(bricks, chosen.held, shot.transfer, damaged.append)
+    with Renderer(package, transfer=shot.transfer, edit=lambda _package, _inputs: inputs) as renderer:
+        picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
+        stored = sum(int(each.sum()) for each in bricks.stored)
+        notes = f"within {chosen.bound:.2g} of the picture of all bricks: {chosen.bricks} of {stored} are held"
+        seen = float((picture[..., 3] > 0.0).mean())
+        driver = str(renderer.driver)
+        return picture, Taken(0, renderer.name, driver, seen, (notes, *(str(each) for each in damaged)))
 
 
 def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:

@@ -1,6 +1,6 @@
 """Planned contents of a package besides levels and tables, as records that the stages read."""
 
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
@@ -11,6 +11,7 @@ from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.light.record import form_of
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
+from volprep_formats.package.parts.on_demand.record import OnDemand
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import SkipKind
@@ -21,6 +22,9 @@ from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureC
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat
+
+if TYPE_CHECKING:
+    from volprep.plan.records import ChannelPlan
 
 
 class BlockTexturePlan(TextureContent):
@@ -225,6 +229,19 @@ class SubvolumesPlan(Record):
     """Whether pieces that no transfer function shows are kept, because users change the transfer function."""
     programs: tuple[ProgramDesign, ...] = ()
     """A program for each picture that draws the pieces around a point; none without files of pieces."""
+
+
+class OnDemandPlan(OnDemand):
+    """All levels in bricks, which readers fetch one by one."""
+
+    programs: tuple[ProgramDesign, ...]
+    """A program for each picture."""
+
+
+def beside_levels(plan: "ChannelPlan") -> tuple[ProgramDesign, ...]:
+    """Return the programs of a channel that draw level 0 from something else than its texture."""
+    parts = plan.part(SubvolumesPlan), plan.part(OnDemandPlan)
+    return tuple(program for part in parts if part is not None for program in part.programs)
 
 
 class ProxyMeshPlan(Record):

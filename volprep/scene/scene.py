@@ -284,6 +284,14 @@ class BrickSettings(Record):
     ones and for differences of neighbours, 3 for Lanczos-3."""
 
 
+class OnDemandSettings(Record):
+    """All levels in bricks, of which an app fetches and holds those that a view needs: for scans of any size."""
+
+    size: Annotated[int, Field(ge=2, le=128)] = 32
+    """Voxels along an edge of a brick. A brick holds one layer more on each side: with 32³ voxels it takes 20 % more,
+    with 64³ 10 %, but a view then needs more that it does not show."""
+
+
 class SliceSettings(Record):
     """Stacks of slices, for devices of OpenGL ES 1.1, which draw textured polygons and have no shaders."""
 
@@ -396,6 +404,8 @@ class Scene(Record):
     """Level 0 in sub-volumes, beside the levels; none if absent."""
     bricks: BrickSettings | None = None
     """Levels as bricks; whole textures if absent."""
+    on_demand: OnDemandSettings | None = None
+    """All levels in bricks that an app fetches one by one, beside the levels; none if absent."""
     mosaic: MosaicSettings = MosaicSettings()
     """How slices are put into 2D textures, for devices without 3D textures."""
     textures: TextureSettings = TextureSettings()

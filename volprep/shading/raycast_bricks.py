@@ -10,6 +10,7 @@ from volprep.shading.positions import in_voxels, voxel_positions
 from volprep.shading.raycast_mosaic import values_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.bricks.record import BrickLayout
+from volprep_formats.package.parts.on_demand.record import OnDemand
 from volprep_formats.package.program import Sampler
 from volprep_formats.package.texture import MosaicLayout, SampleFilter
 
@@ -37,6 +38,25 @@ def sampling(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks", words, slots))},
         samplers=samplers,
         offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "OF": "centre, "} if gradients else {}),
+    )
+
+
+def on_demand(layout: OnDemand, grid: Grid) -> Feature:
+    """Return how level 0 is read from those bricks of all levels that a device holds."""
+    factors = ", ".join(literal(*map(float, each[::-1])) for each in layout.factors_zyx)
+    words = {
+        "CELLS": literal(*(layout.size,) * 3),
+        "LAST_BRICK": literal(*(n - 1 for n in layout.counts_zyx(0, grid.shape_zyx)[::-1])),
+        "PITCH": literal(*(layout.pitch,) * 3),
+        "POOL": literal(*layout.pool_zyx[::-1]),
+        "LEVELS": str(len(layout.factors_zyx)),
+        "FACTORS": factors,
+    }
+    slots: dict[str, Slot] = {"pool": "sampling/bricks:texture3d"}
+    return Feature(
+        slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks:on_demand", words, slots))},
+        samplers=(Sampler(name="u_volume", role="brick-pool"), Sampler(name="u_bricks", role="brick-pages")),
+        offers=in_voxels(grid.shape_zyx),
     )
 
 

@@ -34,7 +34,7 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     """
     table = skip_table(manifest, program.transfer, min(program.levels))
     # Blocks of a level are not blocks of its pieces.
-    if table is None or program.sampling == "subvolumes":
+    if table is None or program.sampling in {"subvolumes", "on-demand"}:
         return None
     texture = next(each for each in manifest.textures if each.name == table.texture)
     in_cells = program.compositing in CELL_BY_CELL

@@ -21,7 +21,7 @@ export const WORDS = {
   VP4030: ["{name}: not a KTX 2 texture of the kind that packages hold: {problem}", "Build the package again."],
   VP5005: [
     "{path}: the driver {driver} does not compile this shader:{log}",
-    "Rebuild the package; if the shader is unchanged, report the log and the driver.",
+    "Rebuild the package; if the shaders are unchanged, report the log and the driver.",
   ],
   VP5006: [
     "program {name} ({paths}): the driver {driver} does not link it:{log}",
@@ -37,13 +37,13 @@ export const WORDS = {
   ],
   VP5017: [
     "program {name}: the manifest names {named}, but the shaders use {found}",
-    "The package is damaged: build it again.",
+    "Build the package again.",
   ],
   VP5018: [
     "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
     "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
   ],
-  VP5019: ["a step of {step_mm} mm is not possible here: {reason}", "Choose another step."],
+  VP5019: ["a step of {step_mm} mm is not possible here: {reason}", "Ask for another step."],
   VP7010: [
     "the package needs {needed}, but this page has {found}",
     "Use a browser and a device that have it, or build the package for the profile gles2-2048.",

@@ -184,6 +184,14 @@ export class Package {
     this.#onProgress?.({ loaded: sum(this.#come.values()), total, file: path });
   }
 
+  /**
+   * For modules of this reader: a part of a file, or all of it from a server that does not know ranges.
+   * @param {string} path @param {Record<string, string>} range @param {AbortSignal} signal
+   */
+  part(path, range, signal) {
+    return this.#source.stream(path, signal, range);
+  }
+
   /** The pieces of a file, which may have been asked for already. @param {string} path @param {AbortSignal} signal */
   async *#pieces(path, signal) {
     this.#expected.delete(path);

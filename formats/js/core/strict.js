@@ -212,9 +212,10 @@ export function* contradictions(manifest, more) {
   if (!manifest.grid || !manifest.render) yield "it is sealed without grid or render";
   if (!channels.length || !textures.length || !pictures.length || (!programs.length && profile.api !== "es1.1"))
     yield "it is sealed without channels, textures, pictures or programs";
-  for (const { name, drawings, pieces } of pictures) {
+  for (const { name, drawings, pieces, on_demand: bricks } of pictures) {
     if (!drawings.length) yield `picture ${name} has no drawing`;
     if (pieces && !manifest.subvolumes) yield `picture ${name} has pieces, and the package has no sub-volumes`;
+    if (bricks && !manifest.on_demand) yield `picture ${name} is drawn on demand, and the package has no bricks`;
   }
   const uses = [
     ...textures.map((each) => [each.file, "texture"]),

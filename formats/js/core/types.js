@@ -24,7 +24,7 @@
  * @typedef {Pass & {size: number, blend: Blend, behind: Blend}} LightPass
  * @typedef {object} Program
  * @property {string} name
- * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks"} sampling
+ * @property {"texture3d" | "mosaic" | "subvolumes" | "bricks" | "on-demand"} sampling
  * @property {string} [technique] ray-casting if absent
  * @property {string} [classification]
  * @property {string} [compositing]
@@ -47,6 +47,7 @@
  * @typedef {{meshes?: ProxyMesh[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
  * @typedef {{grid: string, pieces?: string[], whole?: string | null}} SubvolumeFiles
+ * @typedef {{index: string, bricks: string, size: number, levels: {factors_zyx: Three}[], format: string, places_zyx: Three}} OnDemand
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
  * @typedef {{name: string, title?: string, transfer: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
  * @typedef {{segments?: string[], transfer: string}} SegmentLabel
@@ -68,6 +69,7 @@
  * @property {Skipping} [skipping]
  * @property {{histograms?: JointHistogram[]}} [editing]
  * @property {SubvolumeFiles} [subvolumes]
+ * @property {OnDemand | null} [on_demand]
  * @property {Proxy} [proxy]
  * @property {string} [preview]
  * @property {FileRecord[]} files

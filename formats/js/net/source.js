@@ -13,8 +13,8 @@ import { body, request } from "./http.js";
  * The files of a package.
  * @typedef {object} Source
  * @property {string} name name of the package in messages
- * @property {(path: string, signal?: AbortSignal) => AsyncIterable<Uint8Array>} stream a file, piece by piece; each is
- *   valid until the next is asked for
+ * @property {(path: string, signal?: AbortSignal, range?: Record<string, string>) => AsyncIterable<Uint8Array>} stream a
+ *   file, piece by piece; each is valid until the next is asked for; with the header of a range a server may give a part
  * @property {(path: string) => number | undefined} size of a file, where it is known before it is read
  * @property {boolean} [joins] whether files that are asked for together may come with one request
  */
@@ -70,10 +70,10 @@ function folder(url, options) {
   return {
     name,
     size: (path) => sizes.get(path),
-    async *stream(path, signal) {
+    async *stream(path, signal, range = {}) {
       const at = new URL(base);
       at.pathname += path;
-      const response = await request(at, {}, options, signal);
+      const response = await request(at, range, options, signal);
       const { ok, status } = response;
       if (!ok && path !== "manifest.json")
         throw new VolpkgError("VP4007", { path: name, file: path, error: `the server answers ${status}` });

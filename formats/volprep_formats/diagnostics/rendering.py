@@ -27,7 +27,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5005": Diagnostic(
         ExitStatus.RENDER,
         "{path}: the driver {driver} does not compile this shader:{log}",
-        "Rebuild the package; if the shader is unchanged, report the log and the driver.",
+        "Rebuild the package; if the shaders are unchanged, report the log and the driver.",
     ),
     "VP5006": Diagnostic(
         ExitStatus.RENDER,
@@ -87,7 +87,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5017": Diagnostic(
         ExitStatus.PACKAGE,
         "program {name}: the manifest names {named}, but the shaders use {found}",
-        "The package is damaged: build it again.",
+        "Build the package again.",
     ),
     "VP5018": Diagnostic(
         ExitStatus.PACKAGE,
@@ -97,7 +97,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5019": Diagnostic(
         ExitStatus.RENDER,
         "a step of {step_mm} mm is not possible here: {reason}",
-        "Choose another step.",
+        "Ask for another step.",
     ),
     "VP5020": Diagnostic(
         ExitStatus.RENDER,
@@ -138,6 +138,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "more",
         "Draw again. If it happens each time, a draw takes too long for the driver: choose technique slabs or tiles, a "
         "longer step or a smaller picture.",
+    ),
+    "VP5043": Diagnostic(
+        ExitStatus.RENDER,
+        "{path}: the brick x {x}, y {y}, z {z} of level {level}, from byte {begin} of {file} on, is damaged: {error}",
+        "It is drawn from the next coarser level. Get the package again from where it came, or build it again.",
     ),
     "VP5050": Diagnostic(
         ExitStatus.USAGE,

@@ -94,6 +94,12 @@ ENTRIES: dict[str, Diagnostic] = {
         "baked light goes with bricks in 3D textures only, and profile {profile} has none",
         "Choose a profile with 3D textures, or leave the table [bricks] or lighting.baked out.",
     ),
+    "VP3034": Diagnostic(
+        ExitStatus.SCENE,
+        "bricks on demand cannot be combined with {what}",
+        "Leave out one of the two. Bricks on demand are for one unlit volume of values, drawn by rays with emission "
+        "and absorption in OpenGL ES 3.0 or WebGL 2.",
+    ),
     "VP3041": Diagnostic(
         ExitStatus.SCENE,
         "a package of classified voxels cannot have {what}",

@@ -11,6 +11,7 @@ from volprep_formats.package.parts.compression.record import CompressedForm
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.parts.hybrid.record import Hybrid
+from volprep_formats.package.parts.on_demand.record import OnDemand
 from volprep_formats.package.parts.proxy.record import Proxy
 from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.parts.skip.record import Skipping
@@ -30,7 +31,7 @@ from volprep_formats.package.values import ByteCount, PackagePath, Sha256, open_
 from volprep_formats.record import Record
 from volprep_formats.source import ChannelName
 
-FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "mesh", "histogram", "work"]
+FileRole = Literal["texture", "shader", "preview", "grid", "subvolume", "bricks", "mesh", "histogram", "work"]
 """Use of a file of a package."""
 VERSION = (1, 0)
 """Version of the format that is written: major, minor."""
@@ -164,6 +165,8 @@ class PartRecords(Record):
     """Data for apps whose users edit transfer functions."""
     subvolumes: SubvolumeFiles | None = None
     """Level 0 in sub-volumes, for devices that cannot hold it whole."""
+    on_demand: OnDemand | None = None
+    """All levels in bricks, which a reader fetches as a view needs them."""
     proxy: Proxy | None = None
     """Proxy geometry."""
     preview: PackagePath | None = None
@@ -303,7 +306,7 @@ class Manifest(Heading, PartRecords):
         program = next(program for program in self.programs if program.name == name)
         fields = {field: getattr(program, field) for field in Program.model_fields}
         levels = tuple(drawing.level for drawing in picture.drawings if name in drawing.programs)
-        # Pieces are of level 0.
+        # Pieces are of level 0, as bricks on demand are.
         return PictureProgram(**fields, transfer=picture.name, levels=levels or (0,))
 
     def skips(self, program: Program) -> bool:
@@ -326,8 +329,9 @@ class Manifest(Heading, PartRecords):
     def rays(self, program: Program) -> RaySampling:
         """Return where the rays of a program take samples, in drawings of the picture that it draws."""
         picture = next(each for each in self.pictures if program.name in each.programs)
-        if picture.pieces is not None and program.name == picture.pieces.program:
-            return RaySampling(step_mm=picture.pieces.step_mm, opacity_cutoff=program.opacity_cutoff)
+        for beside in (picture.pieces, picture.on_demand):
+            if beside is not None and program.name == beside.program:
+                return RaySampling(step_mm=beside.step_mm, opacity_cutoff=program.opacity_cutoff)
         steps = [LevelStep(level=each.level, step_mm=each.step_mm) for each in picture.drawings if each.step_mm]
         return RaySampling(step_mm=steps[0].step_mm, level_steps=steps[1:], opacity_cutoff=program.opacity_cutoff)
 

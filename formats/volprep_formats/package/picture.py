@@ -94,6 +94,22 @@ class Pieces(Record):
     """Nominal distance of the samples along a ray."""
 
 
+ON_DEMAND: tuple[str, ...] = ("brick-pool", "brick-pages")
+"""Names of the pool of bricks on demand and of its page table among the textures of a program."""
+
+
+class FromBricks(Record):
+    """A picture of the bricks on demand that a device holds."""
+
+    program: str
+    """Name of the program."""
+    textures: tuple[str, ...]
+    """Names of textures: one for each sampler of the program, in their order. `brick-pool` and `brick-pages` are the
+    two that a reader fills."""
+    step_mm: Annotated[float, Field(gt=0.0)]
+    """Nominal distance of the samples along a ray."""
+
+
 MOST_FRAMES = 1024
 """Frames of a series at most."""
 
@@ -166,9 +182,11 @@ class Picture(Record):
     programs are made."""
     pieces: Pieces | None = None
     """Level 0 drawn from its sub-volumes, if the package has them."""
+    on_demand: FromBricks | None = None
+    """Drawn from bricks on demand, if the package has them."""
 
     @property
     def programs(self) -> frozenset[str]:
         """Names of the programs that draw it."""
         named = {name for drawing in self.drawings for name in drawing.programs}
-        return frozenset(named if self.pieces is None else {*named, self.pieces.program})
+        return frozenset(named | {each.program for each in (self.pieces, self.on_demand) if each is not None})

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.picture import PIECES, Picture
+from volprep_formats.package.picture import ON_DEMAND, PIECES, FromBricks, Picture, Pieces
 from volprep_formats.package.program import Program
 
 
@@ -44,13 +44,25 @@ def _picture(manifest: Manifest, picture: Picture) -> Iterator[str]:
             if drawing.at_mesh.mesh not in meshes:
                 found.append(f"begins at the mesh {drawing.at_mesh.mesh}, which is not there")
         yield from (f"at level {drawing.level} {problem}" for problem in found)
+    for key, missing, drawn, own in _beside(manifest, picture):
+        if missing is not None:
+            yield missing
+        unknown = [name for name in drawn.textures if name not in own and name not in textures]
+        yield from (f"in {key} names the texture {name}, which is not there" for name in unknown)
+        yield from (f"in {key} {problem}" for problem in _read(programs, drawn.program, drawn.textures))
+
+
+Names = Sequence[str]
+
+
+def _beside(manifest: Manifest, picture: Picture) -> Iterator[tuple[str, str | None, Pieces | FromBricks, Names]]:
+    """Yield how a picture is drawn beside its levels: its key, what the package lacks, and names of its textures."""
     if picture.pieces is not None:
-        if manifest.subvolumes is None:
-            yield "has pieces, and the package has no sub-volumes"
-        unknown = [name for name in picture.pieces.textures if name not in PIECES and name not in textures]
-        yield from (f"in pieces names the texture {name}, which is not there" for name in unknown)
-        found = [*_read(programs, picture.pieces.program, picture.pieces.textures)]
-        yield from (f"in pieces {problem}" for problem in found)
+        missing = None if manifest.subvolumes else "has pieces, and the package has no sub-volumes"
+        yield "pieces", missing, picture.pieces, PIECES
+    if picture.on_demand is not None:
+        missing = None if manifest.on_demand else "is drawn on demand, and the package has no bricks"
+        yield "on_demand", missing, picture.on_demand, ON_DEMAND
 
 
 def _read(programs: Mapping[str, Program], name: str, textures: Sequence[str]) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.costs.count import cost_of_textures
@@ -11,11 +12,12 @@ from volprep_formats.package.picture import (
     AtMesh,
     Drawing,
     FrameTextures,
+    FromBricks,
     Picture,
     Pieces,
     UniformValue,
 )
-from volprep_formats.package.program import ComposedProgram
+from volprep_formats.package.program import ComposedProgram, Sampling
 from volprep_formats.package.sampled import sampled_textures
 from volprep_formats.package.texture import Texture
 
@@ -38,7 +40,11 @@ def with_drawings(
     for picture in manifest.pictures:
         drawings = tuple(made.drawings(picture))
         later = (frame.drawing(number, each) for number, frame in enumerate(later_frames, 1) for each in drawings)
-        found = {"drawings": (*drawings, *later), "pieces": made.pieces(picture.name)}
+        found = {
+            "drawings": (*drawings, *later),
+            "pieces": made.pieces(picture.name),
+            "on_demand": made.from_bricks(picture.name),
+        }
         pictures.append(picture.model_copy(update=found))
     return tuple(pictures)
 
@@ -62,7 +68,7 @@ class _Made:
             level: each
             for each in reversed(self._programs(name))
             for level in each.levels
-            if each.program.rays == "box" and each.program.sampling != "subvolumes"
+            if each.program.rays == "box" and each.program.sampling not in {"subvolumes", "on-demand"}
         }
         for level, composed in sorted(by_level.items()):
             textures = sampled_textures(self.manifest, composed, level)
@@ -99,11 +105,17 @@ class _Made:
 
     def pieces(self, name: str) -> Pieces | None:
         """Return the drawing of sub-volumes, with the tables of level 0."""
+        return next((Pieces(**found) for found in self._of_level_0(name, "subvolumes")), None)
+
+    def from_bricks(self, name: str) -> FromBricks | None:
+        """Return the drawing of bricks on demand, with the tables of level 0."""
+        return next((FromBricks(**found) for found in self._of_level_0(name, "on-demand")), None)
+
+    def _of_level_0(self, name: str, sampling: Sampling) -> Iterator[dict[str, Any]]:
         for composed in self._programs(name):
             textures = sampled_textures(self.manifest, composed, 0)
-            if composed.program.sampling == "subvolumes" and len(textures) == len(composed.inputs):
-                return Pieces(program=composed.program.name, textures=textures, step_mm=composed.rays.step_of(0))
-        return None
+            if composed.program.sampling == sampling and len(textures) == len(composed.inputs):
+                yield {"program": composed.program.name, "textures": textures, "step_mm": composed.rays.step_of(0)}
 
 
 def drawing_values(manifest: Manifest, level: int, textures: Sequence[Texture]) -> Iterator[UniformValue]:

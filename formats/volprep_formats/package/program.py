@@ -14,7 +14,7 @@ arithmetic from control points; or none, because the voxels are classified and h
 hold premultiplied light and extinction, in proportion to their values."""
 WITH_TABLES: frozenset[ClassificationName] = frozenset(("lookup", "preintegrated"))
 """Classifications with a texture for their table."""
-Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks"]
+Sampling = Literal["texture3d", "mosaic", "subvolumes", "bricks", "on-demand"]
 """Representation of the volume that a program samples."""
 TechniqueName = Literal[
     "ray-casting",
@@ -105,11 +105,22 @@ class Sampler(Record):
     name: str
     """Name in the shader."""
     role: Literal[
-        "volume", "bricks", "transfer", "preintegrated", "skip", "normals", "subvolume", "labels", "looks", "light"
+        "volume",
+        "bricks",
+        "transfer",
+        "preintegrated",
+        "skip",
+        "normals",
+        "subvolume",
+        "labels",
+        "looks",
+        "light",
+        "brick-pool",
+        "brick-pages",
     ]
     """Which texture to bind: the level's volume, index of bricks or normals, the table or the light of the program's
-    transfer function, its skip table for the level, one of the sub-volumes around a point, labels of the level, or the
-    looks of labels."""
+    transfer function, its skip table for the level, one of the sub-volumes around a point, labels of the level, the
+    looks of labels, or the bricks on demand that a device holds and the texture that says where."""
     transfer: str | None = None
     """In a program that draws several transfer functions: the transfer function of the table, or of the channel's
     volume."""

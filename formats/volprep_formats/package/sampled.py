@@ -1,6 +1,7 @@
 """Textures that a composed program reads for a level."""
 
 from volprep_formats.package.manifest import Manifest
+from volprep_formats.package.picture import ON_DEMAND
 from volprep_formats.package.program import ComposedProgram, Sampler
 from volprep_formats.package.texture import Texture
 
@@ -8,7 +9,8 @@ from volprep_formats.package.texture import Texture
 def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) -> tuple[str, ...]:
     """Return the names of the textures of a program's samplers, in their order; fewer if one is not there once.
 
-    Light is that of the whole volume. A piece of sub-volumes is called `subvolume-` and its number.
+    Light is that of the whole volume. A piece of sub-volumes is called `subvolume-` and its number; the textures of
+    bricks on demand have the names of their roles.
     """
     return tuple(name for sampler in composed.inputs for name in _sampled(manifest, sampler, composed.picture, level))
 
@@ -16,6 +18,8 @@ def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) 
 def _sampled(manifest: Manifest, sampler: Sampler, picture: str, level: int) -> list[str]:
     if sampler.role == "subvolume":
         return [f"subvolume-{sampler.part}"]
+    if sampler.role in ON_DEMAND:
+        return [sampler.role]
     transfer = sampler.transfer or picture
     # Of several channels each has its own.
     channel = next((each.name for each in manifest.channels if transfer in each.transfers), None)

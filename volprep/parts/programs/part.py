@@ -14,7 +14,7 @@ from volprep.parts.programs.source_rays import SourceRays
 from volprep.parts.programs.stage import STAGE
 from volprep.parts.programs.step import choose_steps, common_steps, describe_steps, layers_of, measures_steps
 from volprep.plan.decisions import StepChoice
-from volprep.plan.products import SubvolumesPlan
+from volprep.plan.products import OnDemandPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
@@ -60,9 +60,10 @@ def _plan(case: Case) -> Case:
 
 
 def _in_pieces(case: Case) -> list[LevelPlan]:
-    """Return level 0 if the package draws it in pieces only."""
-    subvolumes, layout = case.part(SubvolumesPlan), case.layout
-    finest = () if subvolumes is None or not subvolumes.programs else layout.candidates[:1]
+    """Return level 0 if the package draws it in pieces or bricks only."""
+    layout = case.layout
+    beside = [each for each in (case.part(SubvolumesPlan), case.part(OnDemandPlan)) if each is not None]
+    finest = layout.candidates[:1] if any(each.programs for each in beside) else ()
     return [level for level in finest if level.index < layout.levels[0].index]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
-from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, SubvolumesPlan
+from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, beside_levels
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
 from volprep_formats.package.manifest import Contribution
@@ -23,15 +23,18 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
         *plan.volumes,
         *plan.tables,
         *plan.programs,
-        *(program for part in (plan.part(SubvolumesPlan), plan.part(ProxyPlan)) if part for program in part.programs),
+        *beside_levels(plan),
+        *(program for part in (plan.part(ProxyPlan),) if part for program in part.programs),
     )
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
-    pieces, meshes, skip = plan.part(SubvolumesPlan), plan.part(ProxyPlan), plan.part(SkipPlan)
-    around_points = () if pieces is None or draft.manifest.subvolumes is None else pieces.programs
+    meshes, skip = plan.part(ProxyPlan), plan.part(SkipPlan)
+    # A draft may hold programs of what a stage has not made yet.
+    made = {"subvolumes": draft.manifest.subvolumes, "on-demand": draft.manifest.on_demand}
+    beside = tuple(program for program in beside_levels(plan) if made[program.sampling] is not None)
     at_meshes = () if meshes is None or draft.manifest.proxy is None else meshes.programs
-    designs = (*plan.programs, *around_points, *at_meshes)
+    designs = (*plan.programs, *beside, *at_meshes)
     progress.start("shaders", len(designs))
     writer = _Writer(draft, plan.rays, () if skip is None else skip.tables, progress)
     return Contribution(programs=writer.programs(designs))
@@ -98,6 +101,7 @@ STAGE = Stage(
         "skip",
         "proxy",
         "grid",
+        "on-demand",
     ),
     channel=Work(_settings, _run),
     package=Work(_settings_together, _run_together),

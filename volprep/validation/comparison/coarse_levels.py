@@ -32,6 +32,7 @@ from volprep.truth.part import picture_of_part
 from volprep.validation.bench import Bench
 from volprep.validation.comparison.edits_and_cuts import OBLIQUE, judge_cut, judge_edit, part_of_scan
 from volprep.validation.comparison.kept_light import kept_light
+from volprep.validation.comparison.on_demand import judge_on_demand
 from volprep.validation.comparison.pixels import Picture, errors_by_size, judged, judged_level, pixels_of
 from volprep.validation.comparison.references import REFERENCE_VIEWS, References, reference_view
 from volprep.validation.comparison.seen import width_pixels
@@ -80,6 +81,7 @@ def judge_others(
     others = (
         *drawings,
         *_pieces(bench, program, viewed),
+        *judge_on_demand(bench, program, viewed),
         *judge_edit(bench, program, previews),
         *judge_cut(bench, program.transfer),
     )
@@ -366,5 +368,6 @@ def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str,
     drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}
     every = [(drawing.program, drawing.level) for _, drawing in manifest.drawings if drawing.program is not None]
     every += [(each.at_mesh.program, each.level) for _, each in manifest.drawings if each.at_mesh is not None]
-    every += [(picture.pieces.program, 0) for picture in manifest.pictures if picture.pieces is not None]
+    beside = (each for picture in manifest.pictures for each in (picture.pieces, picture.on_demand))
+    every += [(each.program, 0) for each in beside if each is not None]
     return tuple(f"program {name} at level {level}" for name, level in every if (name, level) not in drawn)

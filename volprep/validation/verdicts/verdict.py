@@ -234,7 +234,7 @@ def _code(faults: Mapping[VerdictCode, object]) -> VerdictCode:
 
 def _has_worse_view(other: OtherDrawing, program: ProgramResult) -> bool:
     finest = {view.view: view.seen for view in program.views}
-    return any(is_worse(view, finest[view.view]) for view in other.views)
+    return any(view.view in finest and is_worse(view, finest[view.view]) for view in other.views)
 
 
 def _items(others: Iterable[OtherDrawing]) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Parts with files or rules of their own, over which the rules of a manifest loop."""
 
 from volprep_formats.package.manifest import FileRole, Manifest
+from volprep_formats.package.parts.on_demand.rules import on_demand_contradictions
 from volprep_formats.package.parts.part import FormatPart
 from volprep_formats.package.parts.segments.rules import segments_contradictions
 from volprep_formats.package.parts.skip.rules import skip_contradictions
@@ -32,6 +33,11 @@ def _pieces(manifest: Manifest) -> dict[str, FileRole]:
     return used
 
 
+def _bricks(manifest: Manifest) -> dict[str, FileRole]:
+    found = manifest.on_demand
+    return {} if found is None else {found.index: "bricks", found.bricks: "bricks"}
+
+
 PARTS: tuple[FormatPart, ...] = (
     FormatPart("segments", rules=segments_contradictions),
     FormatPart("skip", rules=skip_contradictions),
@@ -39,4 +45,5 @@ PARTS: tuple[FormatPart, ...] = (
     FormatPart("proxy", files=_meshes),
     FormatPart("editing", files=_histograms),
     FormatPart("subvolumes", files=_pieces),
+    FormatPart("on_demand", rules=on_demand_contradictions, files=_bricks),
 )

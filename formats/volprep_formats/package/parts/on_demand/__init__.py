@@ -1,0 +1,1 @@
+"""Bricks on demand."""

@@ -1,0 +1,1 @@
+"""All levels in bricks, which readers fetch as a view needs them."""

@@ -1,0 +1,124 @@
+"""What a picture loses where a brick is drawn from the next coarser level.
+
+Both are classified at the brick's voxels, and composited through the brick along each axis in both directions: columns
+of light. If the light of a column changes by ΔC and its opacity by ΔA, its pixel changes by at most the greater of
+|ΔC| and |ΔC - ΔA|, whatever lies behind it, and by less where something lies in front of it. The loss is the root mean
+square of that over the columns, in the direction where it is greatest. A pixel that is wider than a voxel is the mean
+of the columns in it, whose differences cancel in part.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.parts.on_demand.index import LOSS_FOOTPRINTS
+
+Spacing = tuple[float, float, float]
+_BETWEEN = 16
+"""Entries of a table between two codes of 8 bits."""
+_OUTSIDE = 1 / 8
+"""What the layer around a brick counts: half a voxel of it lies in the brick, mixed with at least as much of the inner
+one, a quarter in the mean."""
+_SEEN = 0.5 / 255
+"""Opacity from which on a pixel counts as seen."""
+
+
+@dataclass(frozen=True)
+class CodeLook:
+    """Colour and extinction per millimetre, [entry, RGBA], at even distances from code 0 to the largest one."""
+
+    entries: Float32Array
+    """The entries."""
+    per_code: float
+    """Entries from one code to the next."""
+
+    @classmethod
+    def of(cls, table: Table, window: tuple[float, float], bits: int) -> "CodeLook":
+        """Return the look of a transfer function of codes with so many bits."""
+        codes = 2**bits - 1
+        count = codes * _BETWEEN + 1 if bits == 8 else codes + 1
+        colour, extinction_per_mm = table.at(np.linspace(*window, count))
+        return cls(np.column_stack([colour, extinction_per_mm]).astype(np.float32), (count - 1) / codes)
+
+    def at(self, codes: Float32Array) -> Float32Array:
+        """Return colour and extinction at codes, which may lie between two codes."""
+        found: Float32Array = self.entries[np.rint(codes * self.per_code).astype(np.intp)]
+        return found
+
+
+@dataclass(frozen=True)
+class BrickLoss:
+    """Numbers of a brick for its record."""
+
+    loss: Float64Array
+    """Loss by the width of a pixel."""
+    opacity_xyz: Float64Array
+    """Least opacity along an axis, as a mean over the columns, of any transfer function."""
+    cover: float
+    """Least part of the columns along an axis in which something is seen."""
+
+
+def brick_loss(
+    fine: Float32Array, coarse: Float32Array | None, spacing_mm_zyx: Spacing, looks: Sequence[CodeLook]
+) -> BrickLoss:
+    """Compare the codes [z, y, x] of a brick with those of the next level at its voxels; None for the coarsest.
+
+    Both have one layer of voxels more on each side, which counts for the loss, but not for what the brick hides.
+    """
+    loss, opacity, cover = np.zeros(len(LOSS_FOOTPRINTS)), np.ones(3), 1.0
+    for look in looks:
+        own = look.at(fine)
+        other = None if coarse is None else look.at(coarse)
+        for axis, spacing_mm in enumerate(spacing_mm_zyx):
+            alpha = 1.0 - np.exp(-own[1:-1, 1:-1, 1:-1, 3].sum(axis=axis) * np.float32(spacing_mm))
+            opacity[2 - axis] = min(opacity[2 - axis], float(alpha.mean()))
+            cover = min(cover, float((alpha > _SEEN).mean()))
+            if other is None:
+                continue
+            for drawn, instead in zip(_columns(own, axis, spacing_mm), _columns(other, axis, spacing_mm), strict=True):
+                loss = np.maximum(loss, _losses(instead - drawn))
+    return BrickLoss(loss, opacity, cover)
+
+
+def _columns(medium: Float32Array, axis: int, spacing_mm: float) -> Iterator[Float32Array]:
+    """Yield premultiplied light and opacity [row, column, RGBA] along an axis, and against it."""
+    along = np.moveaxis(medium, axis, 0)
+    lengths_mm = np.full((len(along), 1, 1), spacing_mm, np.float32)
+    lengths_mm[[0, -1]] *= _OUTSIDE
+    for each in (along, along[::-1]):
+        through = np.exp(-np.cumsum(each[..., 3] * lengths_mm, axis=0))
+        weights = -np.diff(through, axis=0, prepend=np.float32(1.0))
+        light = np.einsum("iyx,iyxc->yxc", weights, each[..., :3])
+        yield np.concatenate([light, 1.0 - through[-1, ..., None]], axis=-1)
+
+
+def _losses(change: Float32Array) -> Float64Array:
+    """Return the loss by the width of a pixel from changes of columns [row, column, RGBA]."""
+    inner = change[1:-1, 1:-1]
+    weights = np.full(change.shape[:2], _OUTSIDE)
+    weights[1:-1, 1:-1] = 0.0
+    outside = (weights * _squares(change)).sum() / inner[..., 0].size
+    return np.sqrt([_squares(_means(inner, width)).mean() + outside for width in LOSS_FOOTPRINTS])
+
+
+def _means(image: Float32Array, width: int) -> Float32Array:
+    """Return the mean of its square of so many pixels for each pixel; squares at the end are smaller."""
+    for axis in (0, 1):
+        starts = np.arange(0, image.shape[axis], width)
+        counts = np.diff(starts, append=image.shape[axis])
+        shape = [-1 if k == axis else 1 for k in range(3)]
+        means = np.add.reduceat(image, starts, axis=axis) / counts.reshape(shape)
+        image = np.repeat(means, counts, axis=axis).astype(np.float32)
+    return image
+
+
+def _squares(change: Float32Array) -> Float64Array:
+    """Return the mean square over the channels of the greatest change of a pixel, [row, column]."""
+    colour, alpha = change[..., :3], change[..., 3:]
+    worst = np.maximum(np.abs(colour), np.abs(colour - alpha))
+    squares: Float64Array = np.concatenate([worst, alpha], axis=-1).astype(np.float64) ** 2
+    mean: Float64Array = squares.mean(axis=-1)
+    return mean

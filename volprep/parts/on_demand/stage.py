@@ -1,0 +1,118 @@
+"""Every level in bricks, each compressed by itself, and an index that says what a picture loses without it."""
+
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from volprep.compositing import COMPOSITINGS
+from volprep.parts.levels.reduce import reduced_slabs
+from volprep.parts.on_demand.levels import Brick, bricks_of
+from volprep.parts.on_demand.loss import CodeLook, brick_loss
+from volprep.parts.stage import Stage, Work, any_channel, required
+from volprep.parts.texels import texels_of
+from volprep.parts.work import codes_of_source
+from volprep.plan.products import OnDemandPlan
+from volprep.plan.records import ChannelPlan
+from volprep.scan.slabs import RawVolume
+from volprep_formats.package.function_table import Table
+from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.on_demand.brick import encode_brick
+from volprep_formats.package.parts.on_demand.index import RECORD, Records
+from volprep_formats.package.parts.on_demand.record import OnDemand
+from volprep_formats.package.storage.draft import Draft
+from volprep_formats.progress import Progress
+from volprep_formats.record import Record
+
+
+def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
+    return (required(plan.part(OnDemandPlan)), plan.quantize, *plan.transfer_functions, plan.shared.crop)
+
+
+def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
+    wanted = required(plan.part(OnDemandPlan))
+    progress.start("bricks on demand", len(wanted.factors_zyx))
+    records: list[Records] = []
+    draft.write(wanted.bricks, "bricks", _bricks(draft, plan, wanted, records, progress))
+    draft.write(wanted.index, "bricks", np.concatenate(records).tobytes())
+    return Contribution(on_demand=OnDemand(**{name: getattr(wanted, name) for name in OnDemand.model_fields}))
+
+
+def _bricks(
+    draft: Draft, plan: ChannelPlan, wanted: OnDemandPlan, records: list[Records], progress: Progress
+) -> Iterator[bytes]:
+    """Yield the bricks of all levels, the coarsest first, and collect their records."""
+    source, spacing = codes_of_source(draft, plan), plan.grid.spacing_mm_zyx
+    looks = [
+        CodeLook.of(Table.exact(each), plan.quantize.window, plan.quantize.bits) for each in plan.transfer_functions
+    ]
+    visible = COMPOSITINGS[plan.shared.compositing].visible_table
+    shown = [visible(Table.exact(each)) for each in plan.transfer_functions]
+    coarser, before = None, wanted.factors_zyx[-1]
+    with TemporaryDirectory(dir=draft.folder) as folder:
+        for number, factors in reversed([*enumerate(wanted.factors_zyx)]):
+            level = _level(source, wanted.shape_zyx(number, source.shape_zyx), factors, Path(folder) / str(number))
+            z, y, x = (f * h for f, h in zip(factors, spacing, strict=True))
+            steps = tuple(c // f for c, f in zip(before, factors, strict=True))
+            for brick in bricks_of(level, coarser, (steps[0], steps[1], steps[2]), wanted.size):
+                record, data = _stored(plan, wanted, brick, (z, y, x), looks, shown)
+                records.append(record)
+                yield data
+            coarser, before = level, factors
+            progress.advance()
+
+
+def _level(source: RawVolume, shape_zyx: tuple[int, int, int], factors: tuple[int, int, int], path: Path) -> RawVolume:
+    """Return a level of means, which are the same however the picture is classified."""
+    if factors == (1, 1, 1):
+        return source
+    level = RawVolume(path, shape_zyx, source.dtype)
+    with level.writing() as append:
+        for slices, _ in reduced_slabs(source, factors, "box"):
+            append(slices)
+    return level
+
+
+def _stored(  # noqa: PLR0917 - a brick, and all that its record is about
+    plan: ChannelPlan,
+    wanted: OnDemandPlan,
+    brick: Brick,
+    spacing_mm_zyx: tuple[float, float, float],
+    looks: Sequence[CodeLook],
+    shown: Sequence[Table],
+) -> tuple[Records, bytes]:
+    low, high = int(brick.texels.min()), int(brick.texels.max())
+    data = b"" if _is_empty(plan, shown, low, high) else encode_brick(texels_of(brick.texels, wanted.format))
+    found = brick_loss(brick.around.astype(np.float32), brick.coarse, spacing_mm_zyx, looks)
+    record = np.zeros(1, RECORD)
+    record["size_bytes"], record["crc32"] = len(data), zlib.crc32(data)
+    record["low"], record["high"] = low, high
+    # Rounded up: a bound must not shrink on its way into the file.
+    loss = found.loss.astype(np.float16)
+    record["loss"] = np.where(loss < found.loss, np.nextafter(loss, np.float16(np.inf)), loss)
+    record["opacity_xyz"] = np.floor(found.opacity_xyz * 255)
+    record["cover"] = np.floor(found.cover * 255)
+    return record, data
+
+
+def _is_empty(plan: ChannelPlan, shown: Sequence[Table], low: int, high: int) -> bool:
+    """Return whether a brick looks like one value, `low`, in each picture."""
+    if low == high:
+        return True
+    first, last = plan.quantize.window
+    width = (last - first) / (2**plan.quantize.bits - 1)
+    # The filter of a table reaches to the next entry.
+    ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
+    return all(each.largest_extinction(*ends) == 0.0 for each in shown)
+
+
+STAGE = Stage(
+    name="on-demand",
+    summary="Write every level in bricks that readers fetch one by one, for scans that a device cannot hold at once.",
+    options=("on_demand", ("size",)),
+    reads=("quantize",),
+    channel=Work(_settings, _run),
+    is_needed=any_channel(lambda plan: plan.part(OnDemandPlan)),
+)
