@@ -86,7 +86,7 @@ function texel(gl, grey) {
   return texture;
 }
 
-function toBase64(floats) {
+export function toBase64(floats) {
   const bytes = new Uint8Array(floats.buffer);
   let text = "";
   for (let at = 0; at < bytes.length; at += 32768) text += String.fromCharCode(...bytes.subarray(at, at + 32768));

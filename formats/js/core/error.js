@@ -35,10 +35,7 @@ export const WORDS = {
     "the driver {driver} cannot draw a picture of {width}×{height} pixels: each side must have 1 to {limit}",
     "Ask for another size.",
   ],
-  VP5017: [
-    "program {name}: the manifest names {named}, but the shaders use {found}",
-    "Build the package again.",
-  ],
+  VP5017: ["program {name}: the manifest names {named}, but the shaders use {found}", "Build the package again."],
   VP5018: [
     "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
     "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",

@@ -23,6 +23,8 @@
  * @property {number | null} kept_light share of the light of thin structures that is kept
  * @property {"whole" | "cut" | "edited" | "occlusion" | null} light whose precomputed light is drawn: that of the whole
  *   or the cut volume; of an edited function none, or occlusion that was computed again
+ * @property {import("../on_demand.js").BrickState} [bricks] of a picture from bricks on demand: what is missing, and the
+ *   bound of what that changes
  * @property {string[]} differs why this picture is another one than that which was judged
  */
 
@@ -82,6 +84,7 @@ export function fidelityOf(renderer, measured) {
     maximum: value(found?.maximum),
     kept_light: value(nearest?.kept_light),
     light,
+    ...(drawn.choice.bricks && { bricks: drawn.choice.bricks.state }),
     differs: differs.filter((each) => typeof each === "string"),
   };
 }
@@ -99,14 +102,23 @@ function bakedLight({ textures, relit }, edited) {
 }
 
 /** A record as one line of text. @param {Fidelity} record */
-export function words({ program, level, step_mm: step, source, rmse, kept_light: kept, differs }) {
+export function words({ program, level, step_mm: step, source, rmse, kept_light: kept, bricks, differs }) {
   const short = (/** @type {number} */ each) => String(Number(each.toPrecision(2)));
   const what = `${program}, level ${level}, step ${short(step)} mm`;
+  if (bricks) return `${program}, step ${short(step)} mm: ${brickWords(bricks)}`;
   if (rmse === null) return `${what}: the error against the scan is not known.`;
   const light = kept === null ? "" : `, ${Math.round(100 * kept)} % of the light of thin structures`;
   const where = source === "measured" ? "measured on this device" : "stated by the package";
   const but = differs.length ? ` This picture is another: ${differs.join("; ")}.` : "";
   return `${what}: error ${short(rmse)} against the scan (RMSE, 0 to 1)${light}; ${where}.${but}`;
+}
+
+/** How near a picture from bricks is. @param {import("../on_demand.js").BrickState} state */
+function brickWords({ bound, missing, missingBytes, damaged }) {
+  const broken = damaged ? ` ${damaged} bricks are damaged.` : "";
+  const near = `within ${bound < 0.001 ? "0.001" : bound.toPrecision(2)} of the picture of all bricks (RMSE, 0 to 1)`;
+  if (!missing) return `${near}.${broken}`;
+  return `${near}: ${missing} bricks are missing, ${(missingBytes / 1e6).toPrecision(2)} MB.${broken}`;
 }
 
 /** The point of the nearest step, as a ratio. @param {Point[]} points @param {number} stepMm */

@@ -25,6 +25,10 @@ Object.assign(WORDS, {
     "{path}: the transfer functions of this package are not editable",
     "Build it from a scene with editable = true.",
   ],
+  VP5043: [
+    "{path}: the brick x {x}, y {y}, z {z} of level {level}, from byte {begin} of {file} on, is damaged: {error}",
+    "It is drawn from the next coarser level. Get the package again from where it came, or build it again.",
+  ],
   VP7017: [
     "a package cannot be opened from {what}",
     "Give openPackage the address of a folder or .volpkg.zip, a File, a Blob or an ArrayBuffer; await it.",

@@ -41,9 +41,7 @@ export function contradictionOf({ frames, pictures, textures, skipping, segments
   if (missing) return `empty-space skipping names the texture ${missing.texture}, which is not there`;
   const segmentNames = new Set(segments?.segments.map((each) => each.name));
   const unknown = segments?.labels.flatMap((each) => each.segments ?? []).find((name) => !segmentNames.has(name));
-  return unknown === undefined
-    ? bricksProblem(rest)
-    : `a label is of the segment ${unknown}, which is not there`;
+  return unknown === undefined ? bricksProblem(rest) : `a label is of the segment ${unknown}, which is not there`;
 }
 
 /**

@@ -110,11 +110,12 @@ function holdsPieces(mosaic, gl, most) {
 
 /**
  * The drawing of the pieces around a point, with all its inputs.
- * @param {Package} pack @param {string} picture @param {number} point
+ * @param {Package} pack @param {string} picture @param {number | {choose: Function}} point or bricks on demand
  * @param {typeof import("./drawing.js").namedBy} namedBy finds the program and the textures @param {AbortSignal} [signal]
  * @returns {Promise<Choice>}
  */
 export async function chooseBlock(pack, picture, point, namedBy, signal) {
+  if (typeof point === "object") return point.choose(pack, picture, namedBy);
   const { pictures, grid: volume } = pack.manifest;
   const { pieces } = pictures.find((each) => each.name === picture) ?? {};
   const refuse = (/** @type {string} */ known) =>

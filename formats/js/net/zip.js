@@ -46,10 +46,18 @@ export async function openZip(name, bytes, signal) {
     name,
     joins: true,
     size: (path) => entries.get(path)?.size,
-    async *stream(path, signal) {
+    async *stream(path, signal, range) {
       const entry = entries.get(path);
       if (!entry && path === "manifest.json") refuse(name, "it has no manifest.json");
       if (!entry) throw new VolpkgError("VP4007", { path: name, file: path, error: "not in the zip" });
+      if (range) {
+        const fixed = await gather(name, bytes, entry.at, entry.at + HEADER, signal);
+        const head = HEADER + path.length + new DataView(fixed.buffer).getUint16(28, true);
+        const data = entry.at + fileStart(name, path, await gather(name, bytes, entry.at, entry.at + head), entry);
+        const [from, last] = (/(\d+)-(\d+)/.exec(range.range) ?? []).slice(1).map(Number);
+        yield* bytes.part(data + from, data + last + 1, signal);
+        return;
+      }
       // The local header lies before the file; how much of it is padding it says itself. One request gets both.
       const room = HEADER + path.length;
       let head = new Uint8Array(room);
@@ -95,7 +103,7 @@ export async function openZip(name, bytes, signal) {
 }
 
 /** Continues a CRC-32. @param {Uint8Array} bytes @param {number} crc of the preceding bytes, inverted */
-function crcOf(bytes, crc) {
+export function crcOf(bytes, crc) {
   for (const byte of bytes) {
     crc ^= byte;
     for (let bit = 0; bit < 8; bit++) crc = (crc >>> 1) ^ (crc & 1 && 0xedb88320);

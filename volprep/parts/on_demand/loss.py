@@ -72,6 +72,9 @@ def brick_loss(
     for look in looks:
         own = look.at(fine)
         other = None if coarse is None else look.at(coarse)
+        if not own[..., 3].any() and (other is None or not other[..., 3].any()):
+            opacity, cover = np.zeros(3), 0.0
+            continue
         for axis, spacing_mm in enumerate(spacing_mm_zyx):
             alpha = 1.0 - np.exp(-own[1:-1, 1:-1, 1:-1, 3].sum(axis=axis) * np.float32(spacing_mm))
             opacity[2 - axis] = min(opacity[2 - axis], float(alpha.mean()))

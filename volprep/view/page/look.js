@@ -5,6 +5,8 @@ import { isColour } from "./editor.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
+/** Value of the choice of no level. */
+const BRICKS = "bricks";
 /** @type {Record<string, string>} */
 const BACKGROUNDS = { black: "#000000", white: "#ffffff" };
 /** Steps of the slider for a factor of two. */
@@ -33,13 +35,18 @@ export function lookControls(stage, manifest, changed) {
     packageStep = renderer.packageStep;
     renderer.setStep(Number(step.value) ? packageStep * 2 ** (step.value / NOTCHES) : undefined);
   };
+  /** The bricks that are drawn, or were before a level was chosen. */
+  let bricks = /** @type {any} */ (null);
   const levels = () => {
-    const now = String(wantedLevel ?? renderer.level);
+    const drawn = renderer.inside?.drawn.choice.bricks;
+    bricks = drawn ?? bricks;
+    const now = wantedLevel === null && drawn ? BRICKS : String(wantedLevel ?? renderer.level);
     level.replaceChildren(
+      ...(bricks ? [make("option", { value: BRICKS }, "bricks, as the view needs them")] : []),
       ...renderer.levels.map((index) => make("option", { value: index }, levelText(manifest, index))),
     );
     level.value = now;
-    level.disabled = renderer.levels.length < 2;
+    level.disabled = level.length < 2;
     if (packageStep === renderer.packageStep) return;
     setStep();
     stepText();
@@ -55,13 +62,15 @@ export function lookControls(stage, manifest, changed) {
     step.setAttribute("aria-valuetext", text);
   };
   transfer.addEventListener("change", async () => {
+    const drawn = renderer.inside?.drawn.choice.bricks;
     await renderer.setProgram(transfer.value).catch(showProblem);
+    if (drawn) await renderer.setPoint(drawn).catch(showProblem);
     levels();
     changed();
   });
   level.addEventListener("change", async () => {
-    wantedLevel = Number(level.value);
-    await renderer.setLevel(wantedLevel).catch(showProblem);
+    if (level.value === BRICKS) await renderer.setPoint(bricks).catch(showProblem);
+    else await renderer.setLevel((wantedLevel = Number(level.value))).catch(showProblem);
     wantedLevel = null;
     levels();
     changed();

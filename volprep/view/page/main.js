@@ -85,7 +85,7 @@ async function showVolume(viewer, told) {
       byId("error").replaceChildren(...accuracy(report, now));
     }
     const record = await renderer.fidelity(viewer.measured);
-    byId("fidelity").textContent = record && record.source !== "unknown" ? words(record) : "";
+    byId("fidelity").textContent = record && (record.bricks || record.source !== "unknown") ? words(record) : "";
     byId("light-line").textContent = lightLine(record);
   };
   stage.renderer.addEventListener("change", () => {

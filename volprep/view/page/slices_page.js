@@ -12,6 +12,7 @@ import { SliceRenderer } from "./slice_renderer.js";
  * @returns {Promise<any>}
  */
 export async function rendererOf(gl, pack, options) {
+  if (pack.manifest.on_demand) return (await import("../runtime/on_demand.js")).createOnDemand(gl, pack, options);
   if (pack.manifest.profile.api !== "es1.1") return createRenderer(gl, pack, options);
   const renderer = new SliceRenderer(gl, pack);
   await renderer.setProgram(pack.transferFunctions[0].name);
