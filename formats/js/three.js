@@ -3,7 +3,8 @@ import * as THREE from "three";
 import { middle, worldFromBox } from "./camera.js";
 import { Picker } from "./draw/pick.js";
 import { backdropOf, freeBackdrops } from "./three/three_backdrop.js";
-import { sightOf } from "./three/three_camera.js";
+import { seenBy, sightOf } from "./three/three_camera.js";
+import { drawMixed, isMixable } from "./three/three_layers.js";
 import { FRAGMENT, MODES, VERTEX } from "./three/three_shader.js";
 import { pageColour } from "./three/three_page.js";
 import { Package, VolpkgError, createRenderer, openPackage } from "./volpkg.js";
@@ -50,6 +51,9 @@ export class Volume extends THREE.Mesh {
   /** @type {Map<THREE.Camera, View>} */
   #views = new Map();
   #shownSize = "";
+  #side;
+  /** Frame in which a camera's picture was drawn together with others. @type {WeakMap<THREE.Camera, number>} */
+  #drawnIn = new WeakMap();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
   /** Forgets what a lost context took along: three.js and the renderer restore only their own objects. */
@@ -72,7 +76,9 @@ export class Volume extends THREE.Mesh {
     const fromBox = toCentre.multiply(new THREE.Matrix4().fromArray(worldFromBox(grid)));
     // The far faces of the box, each pixel once, also where the camera is inside.
     const geometry = new THREE.BoxGeometry(x, y, z).translate(x / 2, y / 2, z / 2).applyMatrix4(fromBox);
-    super(geometry, materialOf(fromBox.determinant() > 0 ? THREE.BackSide : THREE.FrontSide));
+    const side = fromBox.determinant() > 0 ? THREE.BackSide : THREE.FrontSide;
+    super(geometry, materialOf(side));
+    this.#side = side;
     const { uniforms } = this.#material;
     uniforms.picture.value = this.#picture;
     uniforms.shown.value = this.#shown;
@@ -224,28 +230,72 @@ export class Volume extends THREE.Mesh {
     if (!(viewport.z >= 1 && viewport.w >= 1)) return;
     const reversed = three.state.buffers.depth.getReversed();
     const { logarithmicDepthBuffer: logarithmic } = three.capabilities;
-    const worldFromBox = this.matrixWorld.clone().multiply(this.#fromBox);
-    const size = [...this.#grid.extent_mm_zyx].reverse();
-    const sight = sightOf(camera, worldFromBox, size, { reversed, logarithmic });
-    if (!sight) return;
-    this.#tellOverlap(scene);
+    const depth = { reversed, logarithmic };
+    const group = this.#group(scene, camera, depth);
+    if (!group.length) return;
     const backdrop = backdropOf(three, scene, camera, viewport);
     const view = this.#view(camera);
-    this.#draw(view, viewport, sight, backdrop, this.#planes(worldFromBox), reversed);
-    three.state.viewport(viewport);
-    this.#picture.sourceTexture = this.renderer.textureOf(view);
-    if (this.#picture.sourceTexture) this.#show(viewport, backdrop, scene, camera);
+    if (
+      this.#draw(
+        view,
+        viewport,
+        group.map((each) => each.#body(camera, depth)),
+        backdrop,
+      )
+    ) {
+      three.state.viewport(viewport);
+      this.#picture.sourceTexture = this.renderer.textureOf(view);
+      uniforms.whole.value = group.length > 1;
+      this.#material.side = group.length > 1 ? THREE.DoubleSide : this.#side;
+      if (this.#picture.sourceTexture) this.#show(viewport, backdrop, scene, camera);
+    }
   }
 
-  /** Says that volumes that share space are drawn one over the other. @param {THREE.Object3D} scene */
-  #tellOverlap(scene) {
-    for (const other of VOLUMES.get(this.#three) ?? []) {
-      if (other === this || !other.visible || !this.#reaches(other) || !other.#reaches(this)) continue;
-      let root = /** @type {THREE.Object3D} */ (other);
-      while (root.parent) root = root.parent;
-      if (root !== scene) continue;
-      this.#note("volumes that overlap are drawn whole, the one with the farther middle first, and not mixed");
-    }
+  /**
+   * The volumes that are drawn with this one, because they overlap; alone if they cannot be mixed; none if another one
+   * has drawn this one in this frame.
+   * @param {THREE.Object3D} scene @param {THREE.Camera} camera @param {{reversed: boolean, logarithmic: boolean}} depth
+   * @returns {Volume[]}
+   */
+  #group(scene, camera, depth) {
+    /** @type {Volume[]} */
+    const group = [this];
+    // A `renderOrder` of its own asks for an order.
+    const others = [...(VOLUMES.get(this.#three) ?? [])].filter(
+      (each) => each !== this && each.renderOrder === this.renderOrder && each.#isIn(scene, camera),
+    );
+    for (const each of group)
+      group.push(...others.filter((one) => !group.includes(one) && each.#reaches(one) && one.#reaches(each)));
+    if (group.length === 1) return group;
+    const mixes = group.every(
+      (each) => isMixable(each.renderer) && each.#material.opacity === 1 && !each.#body(camera, depth).seen.oblique,
+    );
+    this.#note(
+      mixes
+        ? "volumes that overlap are mixed in layers of depth, 32 at rest"
+        : "volumes that overlap are drawn whole, the one with the farther middle first, and not mixed: a program of " +
+            "several draws, an opacity of the object, or a mirror",
+    );
+    if (!mixes) return [this];
+    const { frame } = this.#three.info.render;
+    const isFirst = group.every((each) => each.#drawnIn.get(camera) !== frame);
+    if (isFirst) this.#drawnIn.set(camera, frame);
+    return isFirst ? group : [];
+  }
+
+  /** Whether it is drawn with a scene. @param {THREE.Object3D} scene @param {THREE.Camera} camera */
+  #isIn(scene, camera) {
+    /** @type {THREE.Object3D} */
+    let root = this;
+    while (root.visible && root.parent) root = root.parent;
+    return root === scene && root.visible && this.layers.test(camera.layers) && Boolean(this.#shared.renderer?.inside);
+  }
+
+  /** @param {THREE.Camera} camera @param {{reversed: boolean, logarithmic: boolean}} depth */
+  #body(camera, depth) {
+    const worldFromBox = this.matrixWorld.clone().multiply(this.#fromBox);
+    const seen = seenBy(camera, worldFromBox, [...this.#grid.extent_mm_zyx].reverse(), depth);
+    return { renderer: this.renderer, seen, planes: this.#planes(worldFromBox) };
   }
 
   /** Whether the box of another volume reaches into this one, along the axes of this one. @param {Volume} other */
@@ -273,34 +323,47 @@ export class Volume extends THREE.Mesh {
   }
 
   /**
-   * Draws the picture of a view, if it shows something else than is there: coarser while that changes.
-   * @param {View} view @param {THREE.Vector4} viewport @param {import("./three/three_camera.js").Sight} sight
-   * @param {ReturnType<typeof backdropOf>} backdrop @param {number[][]} planes @param {boolean} reversed
+   * Draws the picture of a view, if it shows something else than is there: coarser while that changes. False where
+   * there is nothing between the planes of the camera.
+   * @param {View} view @param {THREE.Vector4} viewport @param {import("./three/three_layers.js").Body[]} bodies
+   * @param {ReturnType<typeof backdropOf>} backdrop
    */
-  #draw(view, viewport, { boxFromClip, scale }, { depth: texture, version }, planes, reversed) {
+  #draw(view, viewport, bodies, { depth: texture, version }) {
     const { renderer } = this;
-    const state = [...boxFromClip.elements, viewport.z, viewport.w, version, planes.length, ...planes.flat()];
+    const sights = bodies.map(({ seen }) => sightOf(seen));
+    const [sight] = sights;
+    if (!sights.some(Boolean)) return false;
+    const state = [viewport.z, viewport.w, version, bodies.length];
+    bodies.forEach(({ planes }, i) =>
+      state.push(...(sights[i]?.boxFromClip.elements ?? []), planes.length, ...planes.flat()),
+    );
     const differs = (/** @type {number[]} */ one) => one.some((each, i) => each !== view.state[i]);
     const isFirst = !view.state.length || !renderer.textureOf(view);
     const now = performance.now();
     if (!isFirst && differs(state)) view.movedAt = now;
     const moving = now - view.movedAt < REST_MS;
-    const all = [...state, renderer.revision];
-    if (!isFirst && !differs(all) && !(view.coarse && !moving)) return;
+    const all = [...state, ...bodies.map((each) => each.renderer.revision)];
+    if (!isFirst && !differs(all) && !(view.coarse && !moving)) return true;
     view.state = all;
-    const depth = texture ? { texture, reversed, scale } : undefined;
-    renderer.draw({
-      boxFromClip: boxFromClip.elements,
-      viewport: [0, 0, viewport.z, viewport.w],
-      depth,
-      planes,
-      keep: view,
-      moving,
-    });
-    const { step, scale: pixels } = renderer.inside?.last?.quality ?? { step: 1, scale: 1 };
-    view.coarse = step !== 1 || pixels !== 1;
+    const depth = texture ? { texture, reversed: bodies[0].seen.reversed } : undefined;
+    if (bodies.length > 1) {
+      drawMixed(renderer, view, bodies, [viewport.z, viewport.w], depth, moving);
+      view.coarse = moving;
+    } else if (sight) {
+      renderer.draw({
+        boxFromClip: sight.boxFromClip.elements,
+        viewport: [0, 0, viewport.z, viewport.w],
+        depth: depth && { ...depth, scale: sight.scale },
+        planes: bodies[0].planes,
+        keep: view,
+        moving,
+      });
+      const { step, scale: pixels } = renderer.inside?.last?.quality ?? { step: 1, scale: 1 };
+      view.coarse = step !== 1 || pixels !== 1;
+    }
     clearTimeout(this.#rest);
     if (moving) this.#rest = setTimeout(() => this.#changed(), REST_MS + 1);
+    return true;
   }
 
   /**
@@ -387,6 +450,7 @@ function materialOf(side) {
       lit: { value: false },
       page: { value: new THREE.Vector3() },
       fog: { value: new THREE.Vector4() },
+      whole: { value: false },
     },
     vertexShader: VERTEX,
     fragmentShader: FRAGMENT,

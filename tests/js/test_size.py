@@ -82,7 +82,15 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "strict.js",
             "subvolumes.js",
         ),
-        *("three.js", "three_backdrop.js", "three_camera.js", "three_page.js", "three_shader.js", "types.js"),
+        *(
+            "three.js",
+            "three_backdrop.js",
+            "three_camera.js",
+            "three_layers.js",
+            "three_page.js",
+            "three_shader.js",
+            "types.js",
+        ),
         *("cut_light.js", "occlusion.js", "sweep.js"),
         *("techniques.js", "worker.js", "zip.js", "zstd.js"),
     }

@@ -434,7 +434,7 @@ def test_only_what_changed_is_drawn(page) -> None:
     const others = [volume.clone(), volume.clone()];
     others[0].position.x = 0.3 * volume.radius;
     others[1].position.x = -0.3 * volume.radius;
-    others[1].renderOrder = 5;
+    others.forEach((each, i) => (each.renderOrder = 4 + i));
     scene.add(...others);
     const counts = { scene: 0, volume: 0 };
     const render = renderer.render.bind(renderer);

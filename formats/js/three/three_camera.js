@@ -9,34 +9,55 @@ import * as THREE from "three";
  * @property {NonNullable<Depth["scale"]>} scale from depth as the camera writes it
  */
 
+/**
+ * A box before a camera.
+ * @typedef {object} Seen
+ * @property {THREE.Camera} camera
+ * @property {THREE.Matrix4} eyeFromBox
+ * @property {[number, number]} depths distances of its nearest and farthest corner
+ * @property {boolean} reversed whether depth is reversed
+ * @property {boolean} logarithmic whether depth is logarithmic
+ * @property {boolean} oblique whether the plane near is not parallel to the picture, as mirrors have it
+ */
+
 /** Ratio of the nearest to the farthest distance that is drawn: float32 cannot resolve a smaller one. */
 const NEAREST = 1e-4;
 /** Depth as three.js has it where the near plane is at 1, in place of OpenGL's. */
 const REVERSED = new THREE.Matrix4().set(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -0.5, 0.5, 0, 0, 0, 1);
 
 /**
- * How a camera sees a box; null where no part of it lies between its planes.
  * @param {THREE.Camera} camera @param {THREE.Matrix4} worldFromBox @param {readonly number[]} size of the box, x, y, z
  * @param {{reversed: boolean, logarithmic: boolean}} depth how the context writes it
+ * @returns {Seen}
+ */
+export function seenBy(camera, worldFromBox, size, depth) {
+  const e = camera.projectionMatrix.elements;
+  const eyeFromBox = camera.matrixWorldInverse.clone().multiply(worldFromBox);
+  const all = corners(size).map((corner) => -corner.applyMatrix4(eyeFromBox).z);
+  const depths = /** @type {[number, number]} */ ([Math.min(...all), Math.max(...all)]);
+  return { camera, eyeFromBox, depths, ...depth, oblique: e[2] !== 0 || e[6] !== 0 };
+}
+
+/**
+ * How a camera sees a box, or a layer of it; null where no part of it lies between its planes.
+ * @param {Seen} seen @param {readonly [number, number]} [layer] least and largest distance
  * @returns {Sight | null}
  */
-export function sightOf(camera, worldFromBox, size, { reversed, logarithmic }) {
+export function sightOf({ camera, eyeFromBox, depths, reversed, logarithmic, oblique }, layer = [-Infinity, Infinity]) {
   const projection = camera.projectionMatrix;
   const e = projection.elements;
-  const eyeFromBox = camera.matrixWorldInverse.clone().multiply(worldFromBox);
   const perspective = e[11] !== 0;
-  // A plane near that is not parallel to the picture, as mirrors have it: the camera's own planes stay.
-  if (e[2] !== 0 || e[6] !== 0) {
+  // The camera's own planes stay.
+  if (oblique) {
     const boxFromClip = projection.clone().multiply(eyeFromBox).invert();
     if (reversed) boxFromClip.multiply(REVERSED);
     return { boxFromClip, scale: [-2, 1, 0] };
   }
   const [near, far] = planesOf(e, perspective, reversed);
-  const depths = corners(size).map((corner) => -corner.applyMatrix4(eyeFromBox).z);
-  const [least, most] = [Math.min(...depths), Math.max(...depths)];
+  const [least, most] = depths;
   const margin = 1e-3 * (most - least);
-  const last = Math.min(far, most + margin);
-  const first = Math.max(near, least - margin, perspective ? NEAREST * last : -Infinity);
+  const last = Math.min(far, most + margin, layer[1]);
+  const first = Math.max(near, least - margin, layer[0], perspective ? NEAREST * last : -Infinity);
   if (!(last > first)) return null;
   const fitted = projection.clone();
   const [slope, offset] = perspective

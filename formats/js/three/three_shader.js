@@ -3,8 +3,16 @@
  * light is mixed as light: with a veil in front, a grey wall looks as it does through a real one.
  */
 
-export const VERTEX = `void main() {
+/**
+ * The box, or all of the picture where other volumes are in it: the first triangle of the box then covers it, and the
+ * others have no area.
+ */
+export const VERTEX = `uniform bool whole;
+void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  if (whole) {
+    gl_Position = vec4(gl_VertexID == 2 || gl_VertexID == 3 ? 3.0 : -1.0, gl_VertexID == 1 ? 3.0 : -1.0, 0.0, 1.0);
+  }
 }
 `;
 
