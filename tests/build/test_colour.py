@@ -240,16 +240,16 @@ def test_a_profile_without_srgb_warns_of_dark_colours(tmp_path: Path, profile: s
 
 
 REFUSED = {
-    "[grid]\nsize = 8\n": "sub-volumes",
-    "[bricks]\n": "bricks",
-    "[proxy]\n": "proxy geometry",
-    "[normals]\n": "normals",
-    '[render]\nlighting = "headlight"\n': "lighting",
-    '[lighting]\nbaked = "occlusion"\n': "lighting",
-    '[textures]\ncompression = "etc2"\n': "compression etc2",
-    "[textures]\nmipmaps = true\n": "mipmaps",
+    "[grid]\nsize = 8\n": "[grid]",
+    "[bricks]\n": "[bricks]",
+    "[proxy]\n": "[proxy]",
+    "[normals]\n": "[normals]",
+    '[render]\nlighting = "headlight"\n': 'render.lighting = "headlight"',
+    '[lighting]\nbaked = "occlusion"\n': 'lighting.baked = "occlusion"',
+    '[textures]\ncompression = "etc2"\n': 'textures.compression = "etc2"',
+    "[textures]\nmipmaps = true\n": "textures.mipmaps",
     '[lab.textures]\nchannels = "apart"\n': "channels in textures of their own",
-    "[skip]\nranges = true\n": "ranges of blocks",
+    "[skip]\nranges = true\n": "skip.ranges",
 }
 
 

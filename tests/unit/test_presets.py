@@ -269,7 +269,7 @@ def test_classified_voxels_have_four_channels_and_no_table() -> None:
 def test_classified_voxels_are_those_of_one_transfer_function() -> None:
     with pytest.raises(VolprepError, match=r"VP3041 .* cannot have several transfer functions"):
         ramp_plan(classified(transfer=[{"preset": "labels"}, {"preset": "micro-ct"}]))
-    with pytest.raises(VolprepError, match=r"VP3041 .* cannot have sub-volumes"):
+    with pytest.raises(VolprepError, match=r"VP3041 .* cannot have \[grid\]"):
         ramp_plan(classified(grid={}))
 
 

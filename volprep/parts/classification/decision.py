@@ -21,6 +21,7 @@ from volprep.plan.records import ChannelPlan, LookupPlan, PalettePlan, Preintegr
 from volprep.plan.room import lookup_format
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene, SceneRender
+from volprep.scene.wishes import refuse_wishes
 from volprep.transfer.integral import ends_of_entries, integrate
 from volprep.transfer.lookup import lookup_table
 from volprep.transfer.palette import even_palette
@@ -43,6 +44,18 @@ _ENTRIES = (1024, 2048)
 """Sizes of a pre-integrated table, of 16 and 32 kB."""
 _BLOCKS_OF_COLOUR = {"none", "auto", "astc-4x4"}
 """Compression that a volume in colour may have."""
+_NOT_IN_COLOUR = (
+    "[grid]",
+    "[bricks]",
+    "[proxy]",
+    "[normals]",
+    "render.lighting",
+    "lighting.baked",
+    "textures.mipmaps",
+    "skip.ranges",
+    "fidelity",
+)
+"""Wishes that need values."""
 _RAYS = 256
 _MORE_SAMPLES = 4
 _REFERENCES = 8
@@ -73,35 +86,19 @@ def require_classification(scene: Scene, _profile: DeviceProfile) -> None:
     if name == "colour":
         _require_colour(scene)
     _require_compositing(scene)
-    unwanted = {
-        "several transfer functions": len(scene.transfer) == 1,
-        "sub-volumes": not scene.must_be_cut,
-        "proxy geometry": scene.proxy is None,
-        "ranges of blocks": not scene.skip.ranges,
-    }
-    for what, is_unwanted in unwanted.items():
-        if name == "preclassified" and not is_unwanted:
-            raise VolprepError("VP3041", what=what)
+    if name == "preclassified":
+        refuse_wishes("VP3041", scene, ("several transfer functions", "[proxy]", "skip.ranges"))
+        if scene.must_be_cut:
+            raise VolprepError("VP3041", what="[grid]")
 
 
 def _require_colour(scene: Scene) -> None:
     """Raise VP3046 for settings that a volume in colour does not support."""
-    unwanted = {
-        "sub-volumes": scene.grid is not None,
-        "bricks": scene.bricks is not None,
-        "proxy geometry": scene.proxy is not None,
-        "segments": scene.segments is not None,
-        "normals": scene.normals is not None,
-        "lighting": scene.render.lighting != "none" or scene.lighting.baked != "none",
-        f"compression {scene.textures.compression}": scene.textures.compression not in _BLOCKS_OF_COLOUR,
-        "mipmaps": scene.textures.mipmaps,
-        "channels in textures of their own": scene.textures.channels == "apart",
-        "ranges of blocks": scene.skip.ranges,
-        "a statement of fidelity": scene.fidelity,
-    }
-    for what, is_wanted in unwanted.items():
-        if is_wanted:
-            raise VolprepError("VP3046", what=what)
+    refuse_wishes("VP3046", scene, _NOT_IN_COLOUR)
+    if scene.textures.compression not in _BLOCKS_OF_COLOUR:
+        raise VolprepError("VP3046", what=f'textures.compression = "{scene.textures.compression}"')
+    if scene.textures.channels == "apart":
+        raise VolprepError("VP3046", what="channels in textures of their own")
 
 
 def _require_compositing(scene: Scene) -> None:
@@ -111,13 +108,13 @@ def _require_compositing(scene: Scene) -> None:
     unwanted = {
         f"classification {render.classification}": render.classification in compositing.classifications,
         f"lighting {render.lighting}": render.lighting == "none" or compositing.lit,
-        "[together]": scene.together is None or compositing.several,
-        "labels": not scene.source.labels or compositing.labels,
-        "proxy geometry": scene.proxy is None or compositing.meshes,
     }
     for what, is_possible in unwanted.items():
         if not is_possible:
             raise VolprepError("VP3045", compositing=render.compositing, what=what)
+    able = {"[together]": compositing.several, "source.labels": compositing.labels, "[proxy]": compositing.meshes}
+    excluded = [name for name, is_able in able.items() if not is_able]
+    refuse_wishes("VP3045", scene, excluded, compositing=render.compositing)
     if render.lighting in {"phong", "blinn-phong"} and scene.lighting.light_mm is None:
         raise VolprepError("VP3119", lighting=render.lighting)
     if render.lighting != "none" and scene.lighting.normals != "volume" and render.classification == "preclassified":

@@ -13,6 +13,7 @@ from volprep.parts.levels.level_input import BY_LOOKS
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
+from volprep.scene.wishes import refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -32,9 +33,9 @@ def for_edits(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
     frozen = {
         f"classification {scene.render.classification}": scene.render.classification != "lookup",
         f"pyramid.filter {scene.pyramid.filter}": scene.pyramid.filter in BY_LOOKS,
-        "[proxy]": scene.proxy is not None,
     }
     refuse_frozen(frozen)
+    refuse_wishes("VP3080", scene, ("[proxy]",))
     skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
     return scene.model_copy(update={"crop": "none", "skip": skip})
 

@@ -11,6 +11,7 @@ from volprep.parts.case import Case
 from volprep.plan.products import FramesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
+from volprep.scene.wishes import refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import PlanItem
@@ -25,6 +26,23 @@ _FIXED: frozenset[LevelFilter] = frozenset(
 """Filters that make a texel from the voxels around it alone."""
 _EXTREMA: frozenset[LevelFilter] = frozenset({"minimum", "maximum"})
 """The same, for projections only."""
+_FOR_ONE_VOLUME = (
+    "[bricks]",
+    "[grid]",
+    "[segments]",
+    "[proxy]",
+    "[colour]",
+    "editable",
+    "skip.ranges",
+    "fidelity",
+    "source.labels",
+    "source.mask",
+    "lighting.baked",
+    "textures.compression",
+    "textures.flatten",
+    "textures.mipmaps",
+)
+"""Wishes that are met by the voxels of one volume."""
 
 
 def with_fixed_filter(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
@@ -39,26 +57,14 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
     """Raise VP3073 if a series is to have something that is made for one volume."""
     if scene.source.frames is None:
         return
-    filters = _FIXED | _extrema(scene)
+    refuse_wishes("VP3073", scene, _FOR_ONE_VOLUME)
     others = {
         f"profile {profile.name}, which has no shaders": not profile.has_shaders,
-        "[bricks]": scene.bricks is not None,
-        "[grid]": scene.grid is not None,
-        "[segments]": scene.segments is not None,
-        "[proxy]": scene.proxy is not None,
-        "[colour]": scene.colour is not None,
-        "editable": scene.editable,
         "[normals] that no program reads": scene.normals is not None and scene.render.lighting == "none",
-        "skip.ranges": scene.skip.ranges,
-        "fidelity": scene.fidelity,
-        "source.labels": bool(scene.source.labels),
-        "source.mask": scene.source.mask is not None,
         'source.nan = "outside"': scene.source.nan == "outside",
-        f'lighting.baked = "{scene.lighting.baked}"': scene.lighting.baked != "none",
-        f'textures.compression = "{scene.textures.compression}"': scene.textures.compression != "none",
-        f'textures.flatten = "{scene.textures.flatten}"': scene.textures.flatten != "none",
-        "textures.mipmaps": scene.textures.mipmaps,
-        f'pyramid.filter = "{scene.pyramid.filter}", which depends on the data': scene.pyramid.filter not in filters,
+        f'pyramid.filter = "{scene.pyramid.filter}", which depends on the data': (
+            scene.pyramid.filter not in _FIXED | _extrema(scene)
+        ),
     }
     for what, wanted in others.items():
         if wanted:

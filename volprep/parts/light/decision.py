@@ -13,6 +13,7 @@ from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, Misfit, if_held
 from volprep.scene.scene import LightFactor, LightingSettings, Scene
+from volprep.scene.wishes import refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
@@ -55,8 +56,6 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
         f"technique {render.technique}": render.technique in _TECHNIQUES,
         f"compositing {render.compositing}": render.compositing in LAID_OVER,
         f"classification {render.classification}": render.classification in _CLASSIFICATIONS,
-        f"textures.compression {scene.textures.compression}": scene.textures.compression == "none",
-        "[together]": scene.together is None,
         "lighting.turnable, which is for light from all around": baked != "shadow" or not model.turnable,
         'channels = "rgb", as its light is white': baked != "shadow" or model.channels != "rgb",
         'lighting.turnable and channels = "rgb" together': not (model.turnable and model.channels == "rgb"),
@@ -64,6 +63,7 @@ def require_light(scene: Scene, profile: DeviceProfile) -> None:
     for what, goes in possible.items():
         if not goes:
             raise VolprepError("VP3240", baked=baked, what=what)
+    refuse_wishes("VP3240", scene, ("textures.compression", "[together]"), baked=baked)
     if baked == "shadow" and scene.lighting.light_mm is None:
         raise VolprepError("VP3241")
 

@@ -13,6 +13,7 @@ from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Misfit
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene, SceneRender, SliceSettings
+from volprep.scene.wishes import wish_among
 from volprep.transfer.palette import best_palette
 from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import VolprepError
@@ -24,6 +25,9 @@ from volprep_formats.package.program import LAID_OVER
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.textures.paletted import ENTRIES, PALETTE_BYTES
 from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, PALETTED, TextureFormat
+
+_BY_SHADERS = ("render.lighting", "[normals]", "[proxy]", "[bricks]", "textures.mipmaps", "skip.ranges")
+"""Wishes that need shaders."""
 
 
 def with_slices(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
@@ -98,21 +102,15 @@ def plan_of_slices(
 
 def _texel(scene: Scene, settings: SliceSettings, profile: DeviceProfile) -> TextureFormat:
     needs = {
-        "render.lighting": scene.render.lighting != "none",
         f"compositing {scene.render.compositing}": scene.render.compositing not in LAID_OVER,
-        "[normals]": scene.normals is not None,
-        "[proxy]": scene.proxy is not None,
         "[grid]": scene.must_be_cut,
-        "[bricks]": scene.bricks is not None,
-        "textures.mipmaps": scene.textures.mipmaps,
-        "skip.ranges": scene.skip.ranges,
         f"skip.kind {scene.skip.kind}": scene.skip.kind not in {"auto", "none"},
         f"technique {scene.render.technique}": scene.render.technique != SceneRender().technique,
         f"classification {scene.render.classification}": scene.render.classification != SceneRender().classification,
     }
-    for what, wanted in needs.items():
-        if wanted:
-            raise VolprepError("VP3060", problem=f"profile {profile.name} has no shaders, and {what} needs them")
+    what = wish_among(scene, _BY_SHADERS) or next((name for name, wanted in needs.items() if wanted), None)
+    if what is not None:
+        raise VolprepError("VP3060", problem=f"profile {profile.name} has no shaders, and {what} needs them")
     if scene.source.labels and settings.layers > 1:
         raise VolprepError("VP3060", problem="lab.slices.layers mixes slices, and labels have nothing between them")
     if len(set(settings.stacks)) < len(settings.stacks):
