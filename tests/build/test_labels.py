@@ -11,6 +11,7 @@ from command_line import volprep
 from judged import validate
 
 from volprep.pipeline.build import build, plan_build
+from volprep.scene.profiles import load_profile
 from volprep.scene.request import request_for_source
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.parts.subvolumes.record import decode_grid
@@ -167,9 +168,77 @@ def test_sub_volumes_and_slices_of_labels_are_not_mixed_either(tmp_path) -> None
     assert {texture.filter for texture in textures} == {"nearest"}
 
 
-def test_light_on_labels_is_refused(tmp_path) -> None:
-    error = refusal(tmp_path, labels(), more='[render]\nlighting = "headlight"')
+LIT = '[render]\nlighting = "headlight"'
+
+
+def write_lit_scene(folder: Path, volume: np.ndarray, numbers: tuple[int, ...], more: str = "") -> Path:
+    """Write a scene that shows these labels, each in a colour and with an extinction of its own."""
+    shown = zip(numbers, ("#ffc080", "#40a0ff", "#80ff60"), (0.5, 2.0, 0.2), strict=True)
+    points = []
+    for number, colour, extinction in sorted(shown):
+        points += [(number - 0.5, colour, 0.0), (number - 0.5, colour, extinction)]
+        points += [(number + 0.5, colour, extinction), (number + 0.5, colour, 0.0)]
+    table = ",".join(
+        f'{{ value = {value}, colour = "{colour}", extinction_per_mm = {extinction} }}'
+        for value, colour, extinction in points
+    )
+    path = write_scene(folder, volume, more=f"{LIT}\n{more}")
+    head, _, rest = path.read_text().partition("points = [")
+    path.write_text(f"{head}points = [{table}]{rest[rest.index(']') + 1 :]}")
+    return path
+
+
+@pytest.mark.parametrize("normals", ["", '[normals]\ncode = "oct8"'])
+def test_lit_labels_are_drawn_as_the_oracle_and_the_witness_light_them(normals, tmp_path) -> None:
+    scene = write_lit_scene(tmp_path, labels(), (3, 7, 200), f"picture_size = 96\n{normals}")
+    package = scene_builds.built(scene, tmp_path / "labels.volpkg")
+    assert {each.filter for each in package.manifest.textures if each.role == "normals"} == {"nearest"}
+    report = validate(package, witness=True)
+    assert report.verdict.code == "within"
+    assert report.witness is not None
+    witnessed = {each.item.split()[0] for each in report.witness.checks}
+    assert "pictures" in witnessed
+    assert ("normals" in witnessed) == (normals == "")
+    assert report.witness.contradicted == ()
+
+
+def test_the_same_label_with_another_number_has_the_same_light(tmp_path) -> None:
+    pictures = []
+    for first, second, third in ((3, 7, 200), (201, 5, 9)):
+        folder = tmp_path / str(first)
+        folder.mkdir()
+        volume, old = np.zeros(SHAPE, np.uint8), labels()
+        for label, was in ((first, 3), (second, 7), (third, 200)):
+            volume[old == was] = label
+        scene = write_lit_scene(folder, volume, (first, second, third))
+        pictures.append(scene_builds.drawn(scene_builds.built(scene, folder / "labels.volpkg")))
+    np.testing.assert_allclose(pictures[0], pictures[1], atol=1 / 255)
+    assert pictures[0].max() > 0.2
+
+
+@pytest.mark.parametrize(
+    ("more", "missing"),
+    [
+        ('[render]\nlighting = "phong"\n[lighting]\nlight_mm = [0.0, 0.0, 0.0]', "headlight"),
+        (f'{LIT}\n[lighting]\nnormals = "central"', "volume"),
+        (f'[[transfer]]\nname = "b"\npreset = "labels"\n{LIT}', "one transfer function"),
+        (f'{LIT}\ntechnique = "two-pass-as-published"', "faces of voxels"),
+    ],
+)
+def test_light_that_would_fall_on_the_numbers_of_labels_is_refused(more, missing, tmp_path) -> None:
+    error = refusal(tmp_path, labels(), more=more)
     assert (error.code, error.status) == ("VP3286", ExitStatus.SCENE)
+    assert missing in str(error)
+
+
+def test_a_label_map_without_a_scene_is_lit_where_devices_have_3d_textures(tmp_path) -> None:
+    nibabel.save(nibabel.Nifti1Image(labels().T, np.eye(4)), tmp_path / "dseg.nii")
+    request = request_for_source(tmp_path / "dseg.nii").with_source(labels=True)
+    for profile, lighting in (("gles3", "headlight"), ("gles2-4096", "none")):
+        own = replace(request, profile=load_profile(profile, Path()))
+        build(own, tmp_path / f"{profile}.volpkg", Silent())
+        programs = Package.open(tmp_path / f"{profile}.volpkg").manifest.programs
+        assert {each.lighting for each in programs} == {lighting}
 
 
 def test_a_classification_that_mixes_labels_is_refused(tmp_path) -> None:

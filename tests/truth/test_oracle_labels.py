@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.truth.test_oracle_lit import unit_gradients
+
 ROUNDING = 2e-14
 
 
@@ -59,6 +61,51 @@ def test_random_rays_agree_with_voxels_one_by_one(oracle, seed, depth, axis):
     truth = voxel_by_voxel(oracle, volume, points, (origin, target - origin, length), spacing)
     assert answer.bound[0, 0] <= 1e-6
     assert np.abs(answer.rgba[0, 0] - truth).max() <= answer.bound[0, 0] + ROUNDING
+
+
+@pytest.mark.parametrize("numbers", [(1, 2), (2, 1)])
+def test_a_lit_label_is_as_bright_as_the_slope_of_its_extinction_lets_it_whatever_its_number(oracle, numbers):
+    rng = np.random.default_rng(3)
+    first, second = numbers
+    volume = rng.choice(np.array([0, first, second], np.uint8), (5, 6, 7))
+    extinctions = {0: 0.0, first: 0.9, second: 0.4}
+    colours = {0: (0.0, 0.0, 0.0), first: (1.0, 0.5, 0.2), second: (0.1, 0.8, 0.6)}
+    points = [
+        oracle.point(value + side, extinctions[value], colours[value]) for value in (0, 1, 2) for side in (-0.5, 0.5)
+    ]
+    spacing, origin, direction = (1.0, 0.7, 1.3), np.array([-1.0, 0.9, 1.1]), np.array([1.0, 0.31, 0.53])
+    lit = oracle.draw(
+        volume,
+        points,
+        oracle.ray(origin, direction, 30.0),
+        spacing_mm_xyz=spacing,
+        nearest=True,
+        kernel="sobel",
+        tolerance=1e-9,
+    )
+    lut = np.array([extinctions[value] for value in (0, 1, 2)])
+    normals = unit_gradients(lut[volume], "sobel", spacing)
+    given = oracle.draw(
+        volume,
+        points,
+        oracle.ray(origin, direction, 30.0),
+        spacing_mm_xyz=spacing,
+        nearest=True,
+        normals=normals.astype(np.float32),
+        tolerance=1e-9,
+    )
+    # Samples so close that a voxel has hundreds.
+    unit, step = direction / np.linalg.norm(direction), 1e-3
+    at = np.floor((origin + np.arange(step / 2, 30.0, step)[:, None] * unit) / spacing).astype(int)
+    z, y, x = at[(at >= 0).all(1) & (at < volume.shape[::-1]).all(1)].T[::-1]
+    along = normals[z, y, x] @ unit
+    shade = np.sqrt((along**2 + 1e-4) / ((normals[z, y, x] ** 2).sum(-1) + 1e-4))
+    depth = lut[volume[z, y, x]] * step
+    weight = np.exp(-(np.cumsum(depth) - depth)) * -np.expm1(-depth)
+    truth = (weight * shade) @ np.array([colours[value] for value in (0, 1, 2)])[volume[z, y, x]]
+    np.testing.assert_allclose(lit.rgba[0, 0, :3], truth, atol=1e-3)
+    np.testing.assert_allclose(given.rgba, lit.rgba, atol=1e-6)
+    assert lit.bound[0, 0] < 1e-8
 
 
 def test_one_label_is_a_slab(oracle):

@@ -148,11 +148,9 @@ def test_given_normals_count_as_those_of_the_kernel(oracle):
         assert (found.rgba[..., :3] <= unlit.rgba[..., :3] + 1e-9).all()
 
 
-def test_labels_are_not_lit_and_normals_have_the_shape_of_the_volume(oracle):
+def test_normals_have_the_shape_of_the_volume(oracle):
     volume = phantom()
     points = [oracle.point(40, 1.0)]
-    with pytest.raises(ValueError, match="labels are not lit"):
-        lit(oracle, volume, points, view(volume.shape), kernel="central", nearest=True)
     with pytest.raises(ValueError, match="normals has shape"):
         lit(oracle, volume, points, view(volume.shape), normals=np.zeros((1, 2, 3, 3), np.float32))
     with pytest.raises(ValueError, match="kernel is scharr"):

@@ -100,10 +100,11 @@ def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | L
     return Level(
         index=level.index,
         factors_zyx=level.factors_zyx,
-        grid=_grid(plan.grid, level.factors_zyx),
+        grid=grid_of_level(plan, level),
         filter=made_by,
     )
 
 
-def _grid(grid: Grid, factors_zyx: tuple[int, int, int]) -> Grid:
-    return grid if factors_zyx == (1, 1, 1) else grid.coarser(factors_zyx)
+def grid_of_level(plan: "ChannelPlan", level: "LevelPlan") -> Grid:
+    """Return the grid of a level."""
+    return plan.grid if level.factors_zyx == (1, 1, 1) else plan.grid.coarser(level.factors_zyx)

@@ -18,7 +18,7 @@ import numpy as np
 from volprep.scene.label_look import label_transfer
 from volprep.scene.points import ScenePoint
 from volprep.scene.presets import PRESET_LABELS, load_preset
-from volprep.scene.scene import LightingSettings, Scene, SceneRender
+from volprep.scene.scene import LightingSettings, NormalSettings, Scene, SceneRender
 from volprep.scene.segments import SegmentStyle
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import BONE_HU, Values, hounsfield_offset, values_of
@@ -180,8 +180,20 @@ def _small(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: S
 def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
     table = scene.source.label_table
     if table is None and statistics.maximum <= PRESET_LABELS:
-        return scene.with_preset("labels", profile)
-    return scene.with_transfer((label_transfer(info, table, int(statistics.maximum)),))
+        return _lit_in_voxels(scene.with_preset("labels", profile), profile)
+    return _lit_in_voxels(scene.with_transfer((label_transfer(info, table, int(statistics.maximum)),)), profile)
+
+
+def _lit_in_voxels(scene: Scene, profile: DeviceProfile) -> Scene:
+    """Return a scene of labels lit from the viewer, if devices have 3D textures and the scene says nothing else."""
+    stated = {"lighting", "compositing", "technique", "classification"} & scene.render.model_fields_set
+    is_other = scene.editable or scene.bricks is not None or scene.grid is not None or scene.textures.mipmaps
+    if stated or is_other or not (profile.has_shaders and profile.max_3d_texture_size):
+        return scene
+    normals = scene.normals or NormalSettings(code="oct8")
+    lighting = scene.lighting.model_copy(update={"normals": "volume"})
+    render = scene.render.model_copy(update={"lighting": "headlight"})
+    return scene.model_copy(update={"render": render, "lighting": lighting, "normals": normals})
 
 
 def _of_ct(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, offset: float) -> FirstLook:

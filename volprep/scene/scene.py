@@ -232,7 +232,7 @@ class LightingSettings(Record):
     normals: NormalsFrom = "volume"
     """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
     takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
-    the package holds no normals, which take three times the bytes of its values."""
+    the package holds no normals, which take three times the bytes of its values. Labels need "volume"."""
     light_mm: tuple[PhysicalValue, PhysicalValue, PhysicalValue] | None = None
     """Place of the light of "phong" and "blinn-phong", x, y and z in the patient's space (LPS), in millimetres."""
     ambient: Share = 0.2

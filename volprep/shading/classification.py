@@ -4,6 +4,7 @@ All give the loop of the ray caster one expression, so that each works with ever
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,8 @@ from volprep_formats.package.palette import Palette
 from volprep_formats.package.program import LAID_OVER, ClassificationName, CompositingName, Sampler, TechniqueName
 from volprep_formats.package.texture import Texture
 
+VOXELS = "classification/voxels"
+"""Part that splits segments at the faces of voxels."""
 _IN_THE_MIDDLE = "start + stride * i"
 
 
@@ -38,13 +41,24 @@ def voxel_classification(
     function = sample_classification(manifest, name, transfer, "", dialect)
     return Feature(
         slots={
-            "classification": "classification/voxels",
+            "classification": VOXELS,
             "samples": function.slots["classification"],
             "classification_start": None,
         },
         offers={"MEDIUM": f"classify_voxels({_THROUGH_VOXELS[backwards]})"},
         samplers=function.samplers,
     )
+
+
+def lit_in_voxels(lit: Feature) -> Feature:
+    """Return light from the viewer for labels: it is constant in their voxels, too."""
+    slots = {
+        "voxel_normals": lit.slots["lighting"],
+        "voxel_direction": f"{VOXELS}:direction",
+        "voxel_light": lit.slots["light"],
+        **dict.fromkeys(("lighting", "lighting_start", "light")),
+    }
+    return replace(lit, slots={**lit.slots, **slots}, offers={**lit.offers, "NORMAL": "normal_at(middle)"})
 
 
 def classification(manifest: Manifest, name: ClassificationName, transfer: str, dialect: Dialect) -> Feature:

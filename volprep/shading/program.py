@@ -9,7 +9,13 @@ from dataclasses import dataclass
 
 from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.shading.baked import with_baked_light
-from volprep.shading.classification import classification, splits_voxels, voxel_classification
+from volprep.shading.classification import (
+    VOXELS,
+    classification,
+    lit_in_voxels,
+    splits_voxels,
+    voxel_classification,
+)
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
@@ -48,6 +54,9 @@ _OPTIONAL = (
     "lighting",
     "lighting_start",
     "lighting_run",
+    "voxel_normals",
+    "voxel_direction",
+    "voxel_light",
     "light",
     "stop_start",
     "stop",
@@ -257,6 +266,7 @@ def _features(
         normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
         of_segments = manifest.segments is not None
         lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, of_segments=of_segments)
+        lit = lit_in_voxels(lit) if features[1].slots["classification"] == VOXELS else lit
     if program.baked:
         lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
         held = next(each for each in lights if each.transfer == program.transfer)

@@ -259,8 +259,8 @@ COMBINED_ENTRIES: dict[str, Diagnostic] = {
     ),
     "VP3286": Diagnostic(
         ExitStatus.SCENE,
-        "render.lighting {lighting} cannot light labels, because their normals would depend on how they are numbered",
-        "Set render.lighting to none. If the labels belong to a scan, name them as the [segments] of this scan: "
-        "segments are lit.",
+        "render.lighting {lighting} lights labels, which are constant in their voxels, only with {missing}",
+        "Set this, or render.lighting to none. If the labels belong to a scan, name them as the [segments] of this "
+        "scan: segments are lit in every way.",
     ),
 }

@@ -154,7 +154,7 @@ def _normals(scene: Scene) -> list[Variant]:
 
 
 def _gradients(scene: Scene) -> list[Variant]:
-    if scene.render.lighting == "none":
+    if scene.render.lighting == "none" or scene.source.labels:
         return []
     return [
         Variant(name, {"normals": scene.normals if name == "volume" else None, "lighting": {"normals": name}, **_ALONE})

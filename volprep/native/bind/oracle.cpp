@@ -17,7 +17,7 @@ void render(const AnyVolume& volume, double slope, double intercept, Vector3 spa
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
     const std::optional<OracleNormals> vectors = normals_of(shape, kernel, normals, slope_scale, halved);
-    require(!(vectors.has_value() && nearest), "labels are not lit");
+    require(!(nearest && slope_scale != 0.0), "labels have normals of voxels, no slopes");
     OracleVolume source = source_of(shape, slope, intercept, spacing_mm_xyz, extent_mm_xyz);
     source.nearest = nearest;
     if (vectors.has_value()) source.normals = &*vectors;

@@ -104,9 +104,17 @@ def _size_bytes(texture: NormalTexturePlan, texel: TextureFormat) -> int:
 
 
 def plan_normals(
-    settings: NormalSettings | None, profile: DeviceProfile, levels: tuple[LevelPlan, ...], beside: Beside
+    settings: NormalSettings | None,
+    profile: DeviceProfile,
+    levels: tuple[LevelPlan, ...],
+    beside: Beside,
+    *,
+    labels: bool = False,
 ) -> NormalsPlan | None:
-    """Decide the textures of each level that the package holds. `beside_level` has found that they fit."""
+    """Decide the textures of each level that the package holds. `beside_level` has found that they fit.
+
+    Normals of `labels` are constant in their voxels, as labels are.
+    """
     if settings is None:
         return None
     texel = normal_format(settings, profile)
@@ -117,7 +125,7 @@ def plan_normals(
         space=settings.space,
         magnitude=settings.magnitude,
         format=texel,
-        filter="linear" if settings.code in FILTERED_CODES else "nearest",
+        filter="linear" if settings.code in FILTERED_CODES and not labels else "nearest",
         textures=tuple(fit for fit in fits if isinstance(fit, NormalTexturePlan)),
     )
 
@@ -136,6 +144,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
             size_bytes=3 * voxels,
         )
         return
+    of_what = " of the extinction of labels" if scene.source.labels else ""
     use = "no shader reads them; the scene wants them as data"
     if scene.render.lighting != "none" and scene.lighting.normals == "volume":
         use = f"for lighting with a {scene.render.lighting}"
@@ -146,7 +155,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         name="normals",
         kind=KIND,
         kept=True,
-        reason=f"{use}; {normals.kernel} differences ({_WHY[normals.kernel]}), code {normals.code} as "
+        reason=f"{use}; {normals.kernel} differences{of_what} ({_WHY[normals.kernel]}), code {normals.code} as "
         f"{normals.format}{form}, along {axes}",
         files=tuple(file for texture in normals.textures for file in texture.files),
         size_bytes=sum(_size_bytes(texture, normals.format) for texture in normals.textures),

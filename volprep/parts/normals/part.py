@@ -21,8 +21,9 @@ def _beside(scene: Scene, profile: DeviceProfile, level: LevelPlan, beside: Besi
 
 
 def _plan(case: Case) -> Case:
-    layout = case.layout
-    return case.plus(plan_normals(wanted_normals(case.scene), layout.profile, layout.levels, layout.beside))
+    layout, scene = case.layout, case.scene
+    labels = bool(scene.source.labels)
+    return case.plus(plan_normals(wanted_normals(scene), layout.profile, layout.levels, layout.beside, labels=labels))
 
 
 def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:

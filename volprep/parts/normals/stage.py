@@ -1,6 +1,8 @@
 """Normals of every level that the package holds, measured at level 0 and encoded in one pass, slab by slab.
 
-Coarse normals are made from the fine gradients, not from coarse values: their mean over a voxel's block.
+Coarse normals are made from the fine gradients, not from coarse values: their mean over a voxel's block. Normals of
+labels are those of their extinction, which does not depend on how labels are numbered, at each level: with means of
+fine ones, the inside of coarse voxels at a border was as dark as the border.
 """
 
 from collections.abc import Iterator
@@ -14,12 +16,13 @@ from volprep.kernels import _native
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.normals.gradient import direction_matrix, length_scale
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
-from volprep.parts.work import codes_of_source
+from volprep.parts.work import codes_of_level, codes_of_source, grid_of_level
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
-from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
+from volprep.scan.slabs import bytes_of, slab_ranges
 from volprep.truth.normal_codes import LARGEST_LENGTH
 from volprep_formats.arrays import UInt8Array
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normals
 from volprep_formats.package.storage.draft import Draft
@@ -30,14 +33,13 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (plan.grid, plan.quantize, *plan.levels, *present(plan.part(NormalsPlan)))
+    shown = plan.transfer_functions if plan.quantize.labels else ()
+    return (plan.grid, plan.quantize, *plan.levels, *shown, *present(plan.part(NormalsPlan)))
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     normals = required(plan.part(NormalsPlan))
-    source = codes_of_source(draft, plan)
-    progress.start("normals", source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
-    encoder = _Encoder(plan, normals, source, progress)
+    encoder = _Encoder(draft, plan, normals, progress)
     for texture in normals.textures:
         for part, path in enumerate(texture.files):
             draft.write(path, "texture", encoder.file(texture, part))
@@ -69,14 +71,18 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
 
 
 class _Encoder:
-    """Encodes the gradients of level 0, for one level after the other."""
+    """Encodes the gradients of level 0, or of labels of each level, for one level after the other."""
 
-    def __init__(self, plan: ChannelPlan, normals: NormalsPlan, source: RawVolume, progress: Progress) -> None:
+    def __init__(self, draft: Draft, plan: ChannelPlan, normals: NormalsPlan, progress: Progress) -> None:
+        self._draft = draft
         self._plan = plan
         self._normals = normals
-        self._source = source
+        self._source = codes_of_source(draft, plan)
         self._progress = progress
+        progress.start("normals", self._source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
         self._matrix = direction_matrix(plan.grid, normals.space)
+        self._factors_zyx = (1, 1, 1)
+        self._shown = _extinctions(plan) if plan.quantize.labels else None
         self._longest = self._longest_vector() if normals.magnitude else 0.0
         low, high = plan.quantize.window
         physical_per_code = (high - low) / (2**plan.quantize.bits - 1)
@@ -86,9 +92,10 @@ class _Encoder:
     def file(self, texture: NormalTexturePlan, part: int) -> Iterator[bytes | memoryview]:
         """Return a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
         level = self._plan.level(texture.level)
+        self._measure_on(level)
         if texture.mosaic is None:
             yield ktx2.header(self._normals.format, texture.shape_zyx, 3)
-            factor = level.factors_zyx[0]
+            factor = self._factors_zyx[0]
             depth, slice_bytes = self._source.shape_zyx[0], self._source.slice_bytes
             for z0, z1 in slab_ranges(depth, slice_bytes, multiple=factor):
                 yield bytes_of(self._codes(level, z0 // factor, -(-z1 // factor)))
@@ -97,26 +104,27 @@ class _Encoder:
         for strip in pack_mosaic(partial(self._codes, level), texture.mosaic, part):
             yield bytes_of(strip)
 
+    def _measure_on(self, level: LevelPlan) -> None:
+        """Take the gradients for a level from its labels, or those of level 0."""
+        self._factors_zyx = level.factors_zyx
+        if self._shown is not None:
+            self._source, self._factors_zyx = codes_of_level(self._draft, self._plan, level.index), (1, 1, 1)
+            self._matrix = direction_matrix(grid_of_level(self._plan, level), self._normals.space)
+
     def _codes(self, level: LevelPlan, z0: int, z1: int) -> UInt8Array:
         """Encode slices z0 to z1 - 1 of a level as [z, y, x, byte]."""
         _, height, width = level.shape_zyx
         channels = DIRECTION_BYTES[self._normals.code] + self._normals.magnitude
         codes = np.empty((z1 - z0, height, width, channels), np.uint8)
-        factor = level.factors_zyx[0]
+        factor = self._factors_zyx[0]
         begin, end = z0 * factor, min(z1 * factor, self._source.shape_zyx[0])
         for first, last in slab_ranges(end - begin, self._source.slice_bytes, multiple=factor):
             slab, halo = self._slab(begin + first, begin + last)
-            self._encode(slab, halo, level.factors_zyx, codes[first // factor : -(-last // factor)])
+            self._encode(slab, halo, codes[first // factor : -(-last // factor)])
         return codes
 
-    def _encode(
-        self,
-        slab: NDArray[Any],
-        halo: tuple[bool, bool],
-        factors: tuple[int, int, int],
-        codes: UInt8Array,
-    ) -> None:
-        normals = self._normals
+    def _encode(self, slab: NDArray[Any], halo: tuple[bool, bool], codes: UInt8Array) -> None:
+        normals, factors = self._normals, self._factors_zyx
         # A volume of one value has no length to scale by, and every code of a length is 0.
         per_length = LARGEST_LENGTH[normals.code] / (self._longest or 1.0) if normals.magnitude else 0.0
         if factors == (1, 1, 1):
@@ -134,7 +142,16 @@ class _Encoder:
         halo = (z0 > 0, z1 < self._source.shape_zyx[0])
         slab = self._source.read_slab(z0 - halo[0], z1 + halo[1])
         self._progress.advance(z1 - z0)
-        return slab, halo
+        return slab if self._shown is None else self._shown[slab], halo
+
+
+def _extinctions(plan: ChannelPlan) -> NDArray[np.uint16]:
+    """Return the extinction of each code of labels, as part of the largest one."""
+    low, high = plan.quantize.window
+    values = np.linspace(low, high, 2**plan.quantize.bits)
+    extinctions = np.minimum(Table.exact(plan.transfer_functions[0]).at(values)[1], 1e9)
+    parts: NDArray[np.uint16] = np.rint(65535 * extinctions / max(extinctions.max(), 1e-12)).astype(np.uint16)
+    return parts
 
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
@@ -146,7 +163,7 @@ STAGE = Stage(
     name="normals",
     summary="Write the normals of every level, even if the scene needs none.",
     options=("normals", ("kernel", "code", "magnitude")),
-    reads=("quantize",),
+    reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: plan.part(NormalsPlan)),
 )

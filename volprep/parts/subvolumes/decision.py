@@ -195,6 +195,8 @@ def _is_lit(scene: Scene) -> bool:
 def _why_unlit(scene: Scene) -> str | None:
     """Return why pieces are never lit; None if they may be."""
     compositing = scene.render.compositing
+    if scene.source.labels:
+        return "pieces hold no normals, and differences would depend on how labels are numbered"
     if compositing not in PUT_TOGETHER:
         return f"pictures of {compositing} are not put together"
     if compositing == "first-hit" and scene.segments is not None:

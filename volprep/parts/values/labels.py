@@ -26,15 +26,34 @@ _FINEST_STEP_VOXELS = 0.125
 
 
 def require_distinct_labels(case: Case) -> Case:
-    """Return the channel. Raises VP3043 for a classification that gives labels colours of others, VP3286 for light."""
+    """Return the channel.
+
+    Raises VP3043 for a classification that gives labels colours of others, VP3286 for light that is not constant in
+    voxels, or that falls on the numbers of labels.
+    """
     scene, render = case.scene, case.scene.render
     if scene.source.labels and render.lighting != "none":
-        raise VolprepError("VP3286", lighting=render.lighting)
+        _require_light_of_voxels(case)
     if scene.source.labels and render.classification == "preintegrated":
         raise VolprepError("VP3043", problem="a pre-integrated segment passes through all values between two labels")
     if scene.source.labels and render.classification == "palette" and render.palette_entries <= LARGEST_LABEL:
         raise VolprepError("VP3043", problem=f"they share the {render.palette_entries} entries of the palette")
     return case
+
+
+def _require_light_of_voxels(case: Case) -> None:
+    scene, render = case.scene, case.scene.render
+    splits = splits_voxels(render.technique, render.compositing, render.decided_classification)
+    needs = {
+        'render.lighting = "headlight"': render.lighting == "headlight",
+        'lighting.normals = "volume"': scene.lighting.normals == "volume",
+        "one transfer function, whose extinction normals are made from": len(case.functions) == 1,
+        "no editable": not scene.editable,
+        "a compositing and a technique that split rays at the faces of voxels": splits,
+    }
+    missing = [need for need, is_met in needs.items() if not is_met]
+    if missing:
+        raise VolprepError("VP3286", lighting=render.lighting, missing="; ".join(missing))
 
 
 def label_step_voxels(

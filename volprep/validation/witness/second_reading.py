@@ -129,7 +129,11 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
             if found is not None:
                 result.compare(texture["name"], _table, package, texture, window, found, diagonal)
         if texture["role"] == "normals" and texture["level"] == 0 and name in texture["channels"]:
-            result.compare(texture["name"], _normals, package, texture, channel, scans[name])
+            is_labels = bool(scene.sources.get(name, scene.sources[None]).get("labels"))
+            if is_labels and not own:
+                continue
+            medium = _shown(own[0], channel, scans[name], scene) if is_labels else None
+            result.compare(texture["name"], _normals, package, texture, channel, scans[name], medium)
 
 
 def _is_light(scene: WitnessedScene, channel: str) -> bool:
@@ -161,12 +165,20 @@ def _table(
     yield check_table(package, texture, window, (function.values, function.colours, extinctions))
 
 
-def _normals(package: Path, texture: Json, channel: Json, scan: WitnessedScan) -> Iterator[WitnessCheck]:
+def _normals(
+    package: Path,
+    texture: Json,
+    channel: Json,
+    scan: WitnessedScan,
+    shown: WitnessedMedium | None,
+) -> Iterator[WitnessCheck]:
+    """Compare normals of a scan, or of the extinction of labels that are `shown`."""
     grid, (low, high) = channel["levels"][0]["grid"], channel["quantization"]["window"]
     fine, _ = on_level_0(scan, grid, (low, high), 1)
     if fine.shape != tuple(grid["shape_zyx"]):
         raise CannotWitnessError(f"normals of {np.prod(grid['shape_zyx'])} voxels")
     step = (high - low) / (2.0 ** channel["quantization"]["bits"] - 1.0)
+    fine, step = (fine, step) if shown is None else (shown.at(fine)[1], 0.0)
     yield check_normals(package, texture, as_scan(fine, grid, scan.library), step)
 
 
@@ -191,7 +203,7 @@ def _pictures(
             raise CannotWitnessError(f"the voxels of {channel['name']} are not witnessed")
         shown.append(_shown(wanted, channel, scans[channel["name"]], scene))
         windows.append(tuple(channel["quantization"]["window"]) if channel.get("quantization") else None)
-    light = _light(scene, shown[0].scan, windows[0]) if scene.lighting != "none" else None
+    light = _light(scene, shown[0], windows[0]) if scene.lighting != "none" else None
     return check_pictures(asked, shown, box_of(manifest["grid"], scene.projection), scene, light)
 
 
@@ -217,8 +229,8 @@ def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene:
     )
 
 
-def _light(scene: WitnessedScene, scan: WitnessedScan, window: tuple[float, float] | None) -> WitnessedLight:
-    said = scene.light
+def _light(scene: WitnessedScene, shown: WitnessedMedium, window: tuple[float, float] | None) -> WitnessedLight:
+    said, scan = scene.light, shown.scan_of_normals
     if said.get("shadows", "none") != "none":
         raise CannotWitnessError("the NumPy integrator has no shadows")
     if said["normals"] == "volume":
@@ -229,12 +241,13 @@ def _light(scene: WitnessedScene, scan: WitnessedScan, window: tuple[float, floa
         vectors = slopes(scan, said["normals"], window)
         soft = SOFT_SLOPE / float(np.linalg.norm(scan.world_from_index[:3, :3], axis=0).min())
     if scene.lighting == "headlight":
-        return WitnessedLight(vectors, None, soft=soft)
+        return WitnessedLight(vectors, None, soft=soft, nearest=shown.nearest)
     keys = {key: float(said[key]) for key in ("ambient", "diffuse", "specular", "shininess") if key in said}
     return WitnessedLight(
         vectors,
         np.array(said["light_mm"], dtype=np.float64),
         halfway=scene.lighting == "blinn-phong",
         soft=soft,
+        nearest=shown.nearest,
         **keys,
     )

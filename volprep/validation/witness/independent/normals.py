@@ -33,6 +33,8 @@ class WitnessedLight:
     halfway: bool = False
     soft: float = SOFT_LENGTH
     """Length of the normal of a place that counts half as a surface."""
+    nearest: bool = False
+    """Whether light is constant in each voxel, as labels are."""
 
 
 def normals(scan: WitnessedScan, kernel: str) -> NDArray[np.float32]:
@@ -98,7 +100,7 @@ def lit_colours(
     """Return colours [ray, sample, 3] as light falls on both sides of a surface; without a normal they stay."""
     axes = scan.world_from_index[:3, :3] / np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
     place = np.clip(scan.index_of(world_mm), 0.0, scan.counts_xyz - 1)
-    normal = between_eight(light.normals, place) @ axes.T
+    normal = between_eight(light.normals, np.rint(place) if light.nearest else place) @ axes.T
     squared = (normal**2).sum(axis=-1, keepdims=True)
     along = directions[:, None]
     facing = (normal * along).sum(axis=-1, keepdims=True)

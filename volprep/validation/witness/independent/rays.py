@@ -4,7 +4,7 @@ Samples have equal distances. Through labels there is one in each voxel that a r
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -32,6 +32,14 @@ class WitnessedMedium:
     nearest: bool
     absorbs: bool = True
     """False for red, green and blue of a volume in colour: they give light, and its opacity alone absorbs."""
+
+    @property
+    def scan_of_normals(self) -> WitnessedScan:
+        """The scan whose gradients light falls on: of labels their extinction."""
+        scan = self.scan
+        if not self.nearest:
+            return scan
+        return replace(scan, stored=self.at(scan.physical(scan.stored))[1], slope=1.0, intercept=0.0)
 
     def at(self, values: Floats) -> tuple[Floats, Floats]:
         """Return colours [..., 3] and extinctions [...] of physical values; at a jump the upper side."""

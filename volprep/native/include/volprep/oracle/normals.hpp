@@ -30,8 +30,9 @@ struct Neighbours {
 
     double at(int x, int y, int z) const noexcept { return values[(z * 3 + y) * 3 + x]; }
 
-    template <typename Voxel>
-    Neighbours(const Voxel* voxels, Shape3 shape, const int64_t index_xyz[3]) noexcept {
+    // `value_of` turns a stored value into the number whose gradient counts.
+    template <typename Voxel, typename ValueOf>
+    Neighbours(const Voxel* voxels, Shape3 shape, const int64_t index_xyz[3], ValueOf&& value_of) noexcept {
         int64_t places[3][3];
         const int64_t counts[3] = {shape.x, shape.y, shape.z};
         for (int axis = 0; axis < 3; ++axis) {
@@ -43,7 +44,7 @@ struct Neighbours {
         for (const int64_t z : places[2]) {
             for (const int64_t y : places[1]) {
                 for (const int64_t x : places[0]) {
-                    *value++ = static_cast<double>(voxels[(z * shape.y + y) * shape.x + x]);
+                    *value++ = value_of(voxels[(z * shape.y + y) * shape.x + x]);
                 }
             }
         }
@@ -176,16 +177,16 @@ void corner_slopes_halved(const Voxel* voxels, Shape3 shape, const double spacin
 }
 
 // The normal of a voxel, where slopes are not those of a shader: a unit vector, or as it is given; 0 where there is no
-// gradient.
-template <typename Voxel>
+// gradient of `value_of`.
+template <typename Voxel, typename ValueOf>
 void voxel_normal(const Voxel* voxels, Shape3 shape, const double spacing_mm[3], const Normals& normals,
-                  const int64_t index_xyz[3], double out[3]) noexcept {
+                  const int64_t index_xyz[3], ValueOf&& value_of, double out[3]) noexcept {
     const int64_t at = (index_xyz[2] * shape.y + index_xyz[1]) * shape.x + index_xyz[0];
     if (normals.vectors != nullptr) {
         std::copy_n(normals.vectors + 3 * at, 3, out);
         return;
     }
-    const Neighbours around(voxels, shape, index_xyz);
+    const Neighbours around(voxels, shape, index_xyz, value_of);
     const int64_t counts[3] = {shape.x, shape.y, shape.z};
     double largest = 0.0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -2,6 +2,7 @@
 // between control points, constant outside. Two control points at one value make a jump.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -46,6 +47,14 @@ struct Transfer {
             if (low >= range.low && high <= range.high) return true;
         }
         return false;
+    }
+
+    // At a jump the value itself belongs to the side above.
+    double extinction_at(double value) const noexcept {
+        const auto above = [](double at, const Knot& knot) { return at < knot.value; };
+        const auto knot = std::upper_bound(knots.begin(), knots.end(), value, above);
+        const Segment& segment = segments[static_cast<std::size_t>(knot - knots.begin())];
+        return segment.extinction + segment.extinction_slope * (value - segment.origin);
     }
 };
 

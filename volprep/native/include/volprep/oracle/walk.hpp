@@ -247,7 +247,8 @@ bool cell_normals(CellNormals& normals, const Field<Voxel>& field, const AxisWal
         for (int i = 0; i < 8; ++i) {
             const int64_t at[3] = {index_xyz[0][i & 1], index_xyz[1][i >> 1 & 1], index_xyz[2][i >> 2]};
             double vector[3];
-            voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, at, vector);
+            const auto stored = [](Voxel voxel) { return static_cast<double>(voxel); };
+            voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, at, stored, vector);
             for (int axis = 0; axis < 3; ++axis) corners[axis][i] = vector[axis];
         }
     }
@@ -314,15 +315,31 @@ void gather_walk_cell(Beam& beam, const Field<Voxel>& field, const Ray& ray, con
     gather_cell(beam, path, transfer, limits, cuts);
 }
 
-// The part of a ray in one voxel of a field that is constant there: exact but for where it begins and ends.
+// The part of a ray in one voxel of a field that is constant there: exact but for where it begins and ends. The normal
+// of the voxel is that of its extinction, which does not depend on how labels are numbered.
 template <typename Voxel>
-void gather_voxel(Beam& beam, const Field<Voxel>& field, const AxisWalk axes[3], double length_mm,
+void gather_voxel(Beam& beam, const Field<Voxel>& field, const Ray& ray, const AxisWalk axes[3], double length_mm,
                   const Transfer& transfer, const RayLimits& limits, Cuts& cuts) noexcept {
+    constexpr double kRounding = 32.0 * std::numeric_limits<double>::epsilon();
+    const int64_t voxel_xyz[3] = {axes[0].cell + 1, axes[1].cell + 1, axes[2].cell + 1};
     int64_t index = 0;
-    for (int axis = 0; axis < 3; ++axis) index += (axes[axis].cell + 1) * field.stride(axis);
-    const double value = field.slope * static_cast<double>(field.voxels[index]) + field.intercept;
+    for (int axis = 0; axis < 3; ++axis) index += voxel_xyz[axis] * field.stride(axis);
+    const auto physical = [&](Voxel voxel) { return field.slope * static_cast<double>(voxel) + field.intercept; };
+    const double value = physical(field.voxels[index]);
     if (transfer.empty_between(value, value)) return;
-    gather_cell(beam, {{0.0, 0.0, 0.0, 0.0}, value, value, value, length_mm, 0.0}, transfer, limits, cuts);
+    CellPath path{{0.0, 0.0, 0.0, 0.0}, value, value, value, length_mm, 0.0};
+    CellNormals normals;
+    if (field.normals != nullptr) {
+        const auto extinction = [&](Voxel voxel) { return transfer.extinction_at(physical(voxel)); };
+        double normal[3];
+        voxel_normal(field.voxels, field.shape, field.spacing_mm, *field.normals, voxel_xyz, extinction, normal);
+        for (int axis = 0; axis < 3; ++axis) normals.axes[axis] = {normal[axis], 0.0, 0.0, 0.0};
+        std::copy_n(ray.direction, 3, normals.direction);
+        normals.error = kRounding;
+        const bool found = std::any_of(normal, normal + 3, [](double v) { return v != 0.0; });
+        if (found) path.normals = &normals;
+    }
+    gather_cell(beam, path, transfer, limits, cuts);
 }
 
 // Where [from, to] of a ray runs within a face between two voxels, it belongs to either voxel.
@@ -371,7 +388,7 @@ Beam gather_ray(const Field<Voxel>& field, const Ray& ray, const Transfer& trans
                 if (walk.axes[axis].next_t_mm <= next) meets_face(axis);
             }
             in_voxel.position_error_mm = std::max(entry_error_mm, face_error_mm);
-            gather_voxel(beam, field, walk.axes, next - walk.t_mm, transfer, in_voxel, cuts);
+            gather_voxel(beam, field, ray, walk.axes, next - walk.t_mm, transfer, in_voxel, cuts);
         } else {
             gather_walk_cell(beam, field, ray, walk.axes, walk.t_mm, next, walk.relative_error, transfer, limits, cuts);
         }
