@@ -5,6 +5,7 @@ from .mutant import Mutant
 _LOOKS = "volprep/parts/segments/looks.py"
 _SOURCES = "formats/volprep_formats/segmentations"
 _AGREES = ("tests/validation/test_segment_witness.py::test_product_and_witness_read_the_same_looks",)
+_CONTOURS = ("tests/validation/test_segment_sources.py::test_product_and_witness_fill_the_same_voxels_of_contours",)
 
 OF_SEGMENTS = (
     Mutant(
@@ -109,5 +110,32 @@ OF_SEGMENTS = (
         "str(number + 1)",
         "slicer",
         ("tests/unit/test_segmentations.py::test_layers_of_slicer_overlap_and_keep_their_names",),
+    ),
+    Mutant(
+        "contour-holes",
+        "a contour inside another one is no hole",
+        "volprep/scan/segments/planes.py",
+        "planes[-1].setdefault(items[number], {})",
+        "planes[-1].setdefault(number, {})",
+        "contours",
+        _CONTOURS,
+    ),
+    Mutant(
+        "contour-slabs",
+        "contours fill half of the way to the middle between planes",
+        "volprep/scan/segments/planes.py",
+        "usual, gaps) / 2",
+        "usual, gaps) / 4",
+        "contours",
+        _CONTOURS,
+    ),
+    Mutant(
+        "contour-touched",
+        "a voxel is inside if contours touch it",
+        "volprep/scan/segments/fitted.py",
+        "own = (covered.share >= _HALF)",
+        "own = (covered.share > 0.0)",
+        "contours",
+        _CONTOURS,
     ),
 )

@@ -10,7 +10,7 @@ import pydicom
 import tifffile
 from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import ExplicitVRLittleEndian, generate_uid
-from segment_files import seg, seg_nrrd
+from segment_files import seg, seg_nrrd, structure_set
 
 SHAPE_ZYX = (22, 27, 31)
 PICTURE_SIZE = 64
@@ -239,6 +239,21 @@ def dicom_seg(folder: Path) -> Path:
     return _segmented(folder, "dicom-seg", "segments.dcm")
 
 
+def contours(folder: Path) -> Path:
+    """A scan with a structure set: a tube with a hole, and a ball whose planes lie between the slices."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+
+    def ring(x: float, y: float, radius: float, z: float) -> np.ndarray:
+        return np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn), np.full(24, z)])
+
+    z, y, x = ((n - 1) * h / 2 for n, h in zip(blobs(4).shape, (2.0, 0.5, 0.25), strict=True))
+    planes = np.arange(4.0, 2 * z - 3.0, 2.0)
+    tube = [ring(0.8 * x, y, radius * y, place) for place in planes for radius in (0.5, 0.2)]
+    ball = [ring(1.4 * x, 1.1 * y, 0.3 * x, place + 0.4) for place in planes]
+    structure_set(folder / "structures.dcm", [tube, ball])
+    return _segmented(folder, "contours", "structures.dcm")
+
+
 def slicer(folder: Path) -> Path:
     """A scan with a segmentation of 3D Slicer in two layers, with labels of its own."""
     labels = np.digitize(blobs(4), (0.1, 0.35))
@@ -327,7 +342,21 @@ def colour(folder: Path) -> Path:
 SCENES: dict[str, Callable[[Path], Path]] = {
     each.__name__: each
     for each in (
-        *(nifti, dicom, maximum, surface, opaque, mida, minimum, vessels, segments, styles, dicom_seg, slicer),
-        *(average, palette, preintegrated, octahedron, slopes, bricks, soft, turned, together, colour),
+        *(
+            nifti,
+            dicom,
+            maximum,
+            surface,
+            opaque,
+            mida,
+            minimum,
+            vessels,
+            segments,
+            styles,
+            dicom_seg,
+            slicer,
+            contours,
+        ),
+        *(contours, average, palette, preintegrated, octahedron, slopes, bricks, soft, turned, together, colour),
     )
 }

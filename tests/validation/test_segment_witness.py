@@ -100,7 +100,7 @@ def package(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReq
     }
     manifest = {
         "segments": json.loads(record().model_dump_json()),
-        "channels": [{"levels": [{"grid": grid}]}],
+        "channels": [{"levels": [{"grid": grid}], "source": {"info": {"grid": grid}}}],
         "textures": [
             write(folder, "labels", "r8unorm", label_texels(HELD, flagged(HELD, None), wide=False), 3),
             write(folder, "looks", form, look_texels(looks(record()), form), 2),

@@ -13,8 +13,6 @@ from volprep.validation.witness.independent.segmentations import WitnessedSegmen
 from volprep.validation.witness.independent.segments import WitnessedLook, labels_of, labels_on, look_of, looks_of
 from volprep.validation.witness.read_checks import NUMPY
 
-_VOLUME_SHARE = 1e-4
-"""Affine matrices of NIfTI have 24 bits."""
 _COLOUR = 1e-6
 _TEXEL = {"u": 1.0 / 255, "f": 2.0**-11}
 """The table of looks has bytes or half floats; square roots are off by half a step, their squares by a whole one."""
@@ -23,7 +21,7 @@ _TEXEL = {"u": 1.0 / 255, "f": 2.0**-11}
 def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iterator[WitnessCheck]:
     """Compare volumes, styles, tints and visibility of all segments, and the labels of level 0."""
     stated = manifest["segments"]
-    found = read_segments(scene.segments, scene.base)
+    found = read_segments(scene.segments, scene.base, manifest["channels"][0]["source"]["info"]["grid"])
     looks = {each["number"]: look_of(scene.segments, scene.names, each["number"]) for each in stated["segments"]}
     yield from _check_records(stated, found, looks)
     yield _check_outside(stated, scene)
@@ -44,7 +42,7 @@ def _check_records(stated: Json, found: WitnessedSegments, looks: dict[int, Witn
     shown = {each["name"]: each["transfer"] for each in stated["segments"]}
     others += [label["transfer"] != shown[name] for label in stated["labels"] for name in label["segments"][:1]]
     yield _check(
-        "volumes of segments", found.labels.library, "largest difference, as a part", max(volumes), _VOLUME_SHARE
+        "volumes of segments", found.labels.library, "largest difference, as a part", max(volumes), found.off_share
     )
     yield _check("tints of segments", NUMPY, "largest difference of linear light", max(tints), _COLOUR)
     yield _check("styles of segments", NUMPY, "functions, opacities and visibilities that differ", sum(others), 0)
@@ -91,8 +89,9 @@ def _check_voxels(package: Path, manifest: Json, found: WitnessedSegments) -> Wi
         raise CannotWitnessError("segments overlap")
     held = np.array([next(iter(each)) for each in sets])[labels_of(read_texture(package, textures[0]["file"]))]
     wanted = labels_on(found.labels, grid)
+    certain = ~np.isnan(wanted)
     wanted = np.where(np.isin(wanted, list(numbers.values())), wanted, 0.0)
-    differing = float((held != wanted).mean())
+    differing = float((held != wanted)[certain].mean())
     return _check("labels of level 0", found.labels.library, "part of the voxels with another segment", differing, 0)
 
 

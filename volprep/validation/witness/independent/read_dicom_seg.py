@@ -1,7 +1,6 @@
 """DICOM segmentations, with pydicom alone: a frame for each slice of a segment, or label maps."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,14 +12,13 @@ _EVEN = 0.02
 """How far a frame may lie from its even place, in distances of slices."""
 
 
-def read_frames(path: Path) -> tuple[Iterator[tuple[int, NDArray[np.bool_]]], Floats, str]:
+def read_frames(file: Any) -> tuple[Iterator[tuple[int, NDArray[np.bool_]]], Floats, str]:
     """Return number and mask [z, y, x] of each segment, ascending, the matrix of the grid, and who read it."""
     import pydicom  # noqa: PLC0415 - only for this format
 
-    file = pydicom.dcmread(path)
     kind = str(file.get("SegmentationType", ""))
     if kind not in {"BINARY", "FRACTIONAL", "LABELMAP"}:
-        raise CannotWitnessError("contours are not read a second time")
+        raise CannotWitnessError("its source is no segmentation")
     pixels = file.pixel_array.reshape(-1, int(file.Rows), int(file.Columns))
     places, matrix = _slices(file)
     numbers = sorted(int(item.SegmentNumber) for item in file.SegmentSequence if int(item.SegmentNumber) > 0)

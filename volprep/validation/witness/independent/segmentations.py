@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep.validation.witness.independent.package import Json, world_from_index
+from volprep.validation.witness.independent.read_contours import covered_voxels
 from volprep.validation.witness.independent.read_dicom_seg import read_frames
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan, affine
 from volprep.validation.witness.independent.sources import read_scan
@@ -15,6 +17,10 @@ from volprep.validation.witness.independent.sources import read_scan
 Mask = NDArray[np.bool_]
 _VOLUMES = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd")
 _DEFAULT_LAYER = "0"
+_HALF = 0.5
+_UNCERTAIN = 0.1
+"""How near to a half the share of a voxel may be that is not compared: shares are counted at points."""
+_OFF_CONTOURS = 0.02
 
 
 @dataclass(frozen=True)
@@ -22,11 +28,13 @@ class WitnessedSegments:
     """The segments of a source on its own grid."""
 
     labels: WitnessedScan
-    """Number of the segment of each voxel, 0 outside; of several segments the last one."""
-    voxels: Mapping[int, int]
+    """Number of the segment of each voxel, 0 outside; of several segments the last one. NaN where it is uncertain."""
+    voxels: Mapping[int, float]
     """Number of voxels of each segment."""
     overlap: bool
     """Whether a voxel belongs to several segments."""
+    off_share: float = 1e-4
+    """How far volumes may be off, as a part: affine matrices of NIfTI have 24 bits."""
 
     def volume_ml(self, number: int) -> float:
         """Return the volume of a segment: its voxels, each as large as its three edges span."""
@@ -34,10 +42,10 @@ class WitnessedSegments:
         return self.voxels.get(number, 0) * voxel_mm3 / 1000.0
 
 
-def read_segments(settings: Mapping[str, Any], base: Path) -> WitnessedSegments:
-    """Read the segments that the table [segments] of a scene names.
+def read_segments(settings: Mapping[str, Any], base: Path, scan: Json) -> WitnessedSegments:
+    """Read the segments that the table [segments] of a scene names; contours lie on the grid of the `scan`.
 
-    Raises CannotWitnessError for contours, for fractions, and for borders that are smoothed.
+    Raises CannotWitnessError for borders that are smoothed.
     """
     path = base / str(settings["source"])
     if settings.get("smoothing_mm"):
@@ -45,20 +53,37 @@ def read_segments(settings: Mapping[str, Any], base: Path) -> WitnessedSegments:
     if path.name.endswith(".seg.nrrd"):
         return _together(*_of_slicer(path))
     if path.name.endswith(".dcm"):
-        return _together(*read_frames(path))
+        return _of_dicom(path, scan)
     if path.is_dir() and any(file.name.endswith(_VOLUMES) for file in path.iterdir()):
         return _together(*_of_masks(path))
     if path.is_dir() and len(files := [file for file in path.iterdir() if file.is_file()]) == 1:
-        return _together(*read_frames(files[0]))
+        return _of_dicom(files[0], scan)
     labels = read_scan({"path": str(path)})
     numbers, counts = np.unique(labels.physical(labels.stored), return_counts=True)
     return WitnessedSegments(labels, dict(zip(numbers.astype(int).tolist(), counts.tolist(), strict=True)), False)
 
 
+def _of_dicom(path: Path, scan: Json) -> WitnessedSegments:
+    import pydicom  # noqa: PLC0415 - only for this format
+
+    file = pydicom.dcmread(path)
+    if str(file.get("Modality", "")) != "RTSTRUCT":
+        return _together(*read_frames(file))
+    matrix, shape = world_from_index(scan), tuple(scan["shape_zyx"])
+    labels, voxels, overlap = np.zeros(shape), {}, False
+    for number, share in covered_voxels(file, matrix, shape):
+        overlap = overlap or bool(((labels > 0) & (share > _HALF + _UNCERTAIN)).any())
+        labels[share >= _HALF] = number
+        labels[np.abs(share - _HALF) < _UNCERTAIN] = np.nan
+        voxels[number] = float(share.sum())
+    found = WitnessedScan(labels, 1.0, 0.0, matrix, f"pydicom {pydicom.__version__}")
+    return WitnessedSegments(found, voxels, overlap, off_share=_OFF_CONTOURS)
+
+
 def _together(masks: Iterator[tuple[int, Mask]], world_from_index: Floats, library: str) -> WitnessedSegments:
     """Put masks of segments, in ascending order of their numbers, into one volume."""
     labels: NDArray[np.uint16] | None = None
-    voxels: dict[int, int] = {}
+    voxels: dict[int, float] = {}
     overlap = False
     for number, mask in masks:
         labels = np.zeros(mask.shape, np.uint16) if labels is None else labels
