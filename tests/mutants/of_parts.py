@@ -7,6 +7,7 @@ _COLOUR = "formats/volprep_formats/readers/colour.py"
 _CHANNELS = ("tests/build/test_colour.py::test_channels_are_premultiplied_linear_light_and_extinction",)
 _FIELD = ("tests/light/test_forms.py::test_a_picture_has_the_light_that_the_texels_hold",)
 _CODES = ("tests/render/test_normal_codes.py::test_the_shader_decodes_what_the_decoder_in_numpy_does",)
+_TURNED = ("tests/validation/test_turned_witness.py::test_light_around_is_what_the_scene_states",)
 
 OF_PARTS = (
     Mutant(
@@ -26,6 +27,24 @@ OF_PARTS = (
         "mat4 light_around = LARGEST_LIGHT * transpose(u_environment);",
         "turned",
         ("tests/light/test_forms.py::test_an_app_turns_the_light_and_the_picture_is_that_of_the_turned_light",),
+    ),
+    Mutant(
+        "turn-inverse",
+        "light that an app turns goes the other way",
+        "formats/volprep_formats/package/parts/light/environment.py",
+        "turn @ environment[1:]",
+        "turn.T @ environment[1:]",
+        "turned",
+        _TURNED,
+    ),
+    Mutant(
+        "ground-above",
+        "light from above and from below are exchanged",
+        "formats/volprep_formats/package/parts/light/environment.py",
+        "(sky + ground) / 2, (sky - ground) / 2",
+        "(sky + ground) / 2, (ground - sky) / 2",
+        "turned",
+        _TURNED,
     ),
     Mutant(
         "light-beside",

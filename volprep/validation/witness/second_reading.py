@@ -24,6 +24,7 @@ from volprep.validation.witness.independent.rays import WitnessedMedium
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan
 from volprep.validation.witness.independent.scene import WitnessedFunction, WitnessedScene, read_scene
 from volprep.validation.witness.independent.sources import read_scan
+from volprep.validation.witness.light_checks import check_turned_light
 from volprep.validation.witness.read_checks import box_of, check_cameras, check_function, check_voxels
 from volprep.validation.witness.records import NotWitnessed
 from volprep.validation.witness.segment_checks import check_segments
@@ -68,6 +69,8 @@ def read_again(
     if manifest.get("segments"):
         result.compare("segments", check_segments, package, manifest, scene)
     first = next(iter(channels.values()))
+    if scene.light.get("turnable"):
+        result.compare("light that an app turns", check_turned_light, first, scene)
     result.compare("cameras", check_cameras, first, manifest["grid"], scene.projection)
     for statement in statements:
         name = f"pictures of {statement.program.name}"
