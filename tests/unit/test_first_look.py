@@ -10,10 +10,12 @@ from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.prepare import prepare
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.first_look import with_first_look, with_segment_styles
+from volprep.scene.presets import load_preset
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import request_for_source
 from volprep.scene.scene import Scene
 from volprep.truth.camera import widest_view
+from volprep.truth.path_traced import LUMINANCE
 from volprep.truth.strip import strip
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -293,6 +295,19 @@ def test_segments_of_a_ct_have_a_veil_of_soft_tissue_also_if_the_file_states_no_
     assert [transfer.resolved().name for transfer in shown.transfer] == ["ct-soft-tissue", "inside"]
 
 
+def test_the_veil_around_segments_of_a_ct_is_bright_enough_for_a_black_page():
+    info = SourceInfo(format="nifti", grid=Grid.of((1, 1, 860), (1.0, 1.0, 1.0)), stored_type="float32", unit="HU")
+    scene = look([-1000, 0, 1500], "HU")
+    scene = Scene.model_validate({**scene.model_dump(exclude_unset=True), "segments": {"source": "organs.nii"}})
+    shown = with_segment_styles(scene, GLES3, info, Statistics(minimum=-1030.0, maximum=1300.0, non_finite=0))
+    veil, preset = shown.transfer[0].resolved(), load_preset("ct-soft-tissue")
+    assert [point.value for point in veil.points] == [point.value for point in preset.points]
+    assert [point.extinction_per_mm for point in veil.points] == [point.extinction_per_mm for point in preset.points]
+    # Muscle has a luminance of 0.12: a tenth of it, which a thin veil shows, is nearly black.
+    colours = [np.array(point.colour) for point in veil.points]
+    assert min(colour @ LUMINANCE for colour in colours) > 0.33
+
+
 def test_a_piece_cut_out_of_an_object_looks_as_its_slices_do_on_its_faces() -> None:
     voxels = np.random.default_rng(1).normal(100.0, 20.0, (30, 30, 30)).clip(1).astype(np.float32)
     info = SourceInfo(format="raw", grid=Grid.of(voxels.shape, (1.0, 1.0, 1.0)), stored_type="float32")
@@ -336,10 +351,42 @@ def test_a_slab_that_is_cut_open_looks_as_its_slices_do(depth, cut, name, axis) 
 
 
 @pytest.mark.parametrize(
-    ("times", "far_mm", "name"), [(10.0, 4.0, "slices"), (10.0, 1.0, "object"), (1.0, 4.0, "object")]
+    ("times", "far_mm", "name", "is_whole"),
+    [
+        (10.0, 4.0, "slices", True),
+        (10.0, 2.0, "object", True),
+        (10.0, 1.0, "object", False),
+        (1.0, 4.0, "object", True),
+    ],
 )
-def test_a_spine_beside_its_coil_looks_as_its_slices_do(times: float, far_mm: float, name: str) -> None:
+def test_a_spine_beside_its_coil_is_shown_whole(times: float, far_mm: float, name: str, is_whole: bool) -> None:
     rng = np.random.default_rng(4)
     tissue = rng.normal(100.0, 25.0, 6000).clip(20.0) * np.exp(-np.linspace(0.0, np.log(times), 6000))
     noise = np.abs(rng.normal(0.0, 2.0, 4000))
-    assert named(look([*tissue, *noise], far_mm=far_mm)) == name
+    scene = look([*tissue, *noise], far_mm=far_mm)
+    assert named(scene) == name
+    # An even scan of one brightness is a dark field and an object; the far end of an uneven one is a third of its end.
+    (function,) = (each.resolved() for each in scene.transfer)
+    (seen,) = (point.value for point in function.points[1:2])
+    assert (seen < np.percentile(tissue, 30)) == is_whole
+
+
+def head(**parts: tuple[float, float, int]) -> list[float]:
+    """Return values of a CT of a head: air, soft tissue, and bone unless `parts` say something else."""
+    usual = {"air": (-1000, 12, 6000), "fat": (-90, 15, 250), "tissue": (40, 15, 2600), "bone": (900, 150, 500)}
+    return mixed(**{**usual, **parts})
+
+
+@pytest.mark.parametrize(("slope", "added"), [(0.085, 85.0), (0.37, 607.0)], ids=["8 bits", "12 bits"])
+def test_bones_stay_visible_behind_the_holder_of_a_head_in_other_units(slope: float, added: float) -> None:
+    scene = look([slope * value + added for value in head(holder=(150, 8, 700))])
+    assert "dense parts" in scene.recognised
+    opacity = {(point.value - added) / slope: point.opacity for point in scene.transfer[0].points}
+    assert max(value for hu, value in opacity.items() if hu < 320) <= 0.05
+    assert max(value for hu, value in opacity.items() if hu < 700) >= 0.9
+    assert scene.render.lighting == "headlight"
+
+
+def test_dense_parts_need_one_tissue_around_them() -> None:
+    assert "dense parts" not in look([0.1 * value for value in head(tissue=(40, 250, 2600))]).recognised
+    assert "dense parts" not in look([0.1 * value for value in head(bone=(900, 150, 100))]).recognised

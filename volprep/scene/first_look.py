@@ -3,10 +3,10 @@
 Labels get a colour each. CT in Hounsfield units, or in values that are offset from them, gets its bones, or its soft
 tissue if it has no bone. A level set gets its surface. Values on both sides of 0, as maps of differences have, become
 denser with their distance from 0: blue below, red above. All others (MR, ultrasound, microscopy, micro-CT) get what
-surrounds the object transparent and the object in warm grey; bright vessels stay visible in a veil of the rest. A
-piece or a slab that is cut out of an object shows its inside on its faces, where light would show the noise of normals:
-they look like slices, and so do thin stacks and slices far apart through an object that is bright on one side, such as
-a spine.
+surrounds the object transparent and the object in warm grey; bright vessels, and bones in other units, stay visible in
+a veil of the rest. A piece or a slab that is cut out of an object shows its inside on its faces, where light would show
+the noise of normals: they look like slices, and so do thin stacks and slices far apart through an object that is bright
+on one side, such as a spine.
 """
 
 import math
@@ -54,6 +54,9 @@ _SLAB = 0.6
 """Thickness of a slab, at most, as part of its widest extent. Cut faces of longer pieces, as of limbs, are small."""
 _FAR_APART = 3.0
 """Times the distance of pixels from which on slices are far apart."""
+_APART = 1.5
+"""The same from which on an object that is bright on one side is shown to its dim end. Where voxels are cubes, as in
+PET, bright places in a dim body are what is looked at."""
 _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
@@ -158,10 +161,18 @@ def _of_values(
         return FirstLook("a scan of nearly one value", scene.with_transfer((_grey(info, statistics),)))
     if info.grid.is_thin_stack:
         return FirstLook("a thin stack, drawn as its slices look", scene.with_transfer((_slices(values),)))
-    if values.dim is not None and max(info.grid.spacing_mm_zyx) >= _FAR_APART * min(info.grid.spacing_mm_zyx):
-        said = "slices far apart, brighter on one side, drawn as they look"
-        return FirstLook(said, scene.with_transfer((_slices(replace(values, background=values.dim)),)))
-    kind = "bright vessels in tissue" if values.vessels is not None else "an object in a dark field"
+    apart = max(info.grid.spacing_mm_zyx) / min(info.grid.spacing_mm_zyx)
+    if values.dim is not None and apart >= _APART:
+        # At most half of what is above the lower threshold is above the other one.
+        values = replace(values, background=values.dim, median=values.background)
+        if apart >= _FAR_APART:
+            said = "slices far apart, brighter on one side, drawn as they look"
+            return FirstLook(said, scene.with_transfer((_slices(values),)))
+    kind = "an object in a dark field"
+    if values.vessels is not None:
+        kind = "bright vessels in tissue"
+    elif values.dense is not None:
+        kind = "an object with dense parts, such as bones"
     background = f"{kind}, whose values up to {values.background:.4g} are background"
     return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
 
@@ -220,6 +231,12 @@ def _adapted(point: ScenePoint, added: float, denser: float) -> ScenePoint:
     return point.model_copy(update={"value": point.value + added, "extinction_per_mm": extinction})
 
 
+def _pale(point: ScenePoint) -> ScenePoint:
+    """Return a point whose colour is halfway to white: the little that a veil shows of a dark colour is black."""
+    parts = (int(str(point.colour)[at : at + 2], 16) for at in (1, 3, 5))
+    return point.model_copy(update={"colour": "#" + "".join(f"{(part + 256) // 2:02x}" for part in parts)})
+
+
 def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
     """Return the scene lit from the viewer, where the devices can and the scene says nothing else."""
     if not profile.has_shaders or {"lighting", "compositing"} & scene.render.model_fields_set:
@@ -238,8 +255,8 @@ def with_segment_styles(
 
     Segments with the numbers `holding` have other segments inside, and are faint.
 
-    The first function becomes a veil around them: a ramp, or soft tissue of a CT. A thin stack keeps the function of
-    its slices, which the colours of segments tint: a veil of so few hides nothing, and light says nothing.
+    The first function becomes a veil around them: a ramp, or pale soft tissue of a CT. A thin stack keeps the function
+    of its slices, which the colours of segments tint: a veil of so few hides nothing, and light says nothing.
     """
     if scene.segments is None:
         return scene
@@ -248,7 +265,9 @@ def with_segment_styles(
     faint = (SegmentStyle(labels=tuple(holding), opacity=_FAINT),) if holding else ()
     veiled = scene.segments.model_copy(update={"outside_opacity": _VEIL, "style": (*faint, *scene.segments.style)})
     if scene.transfer[0].preset in {_BONE, _SOFT_TISSUE} or info.unit == "HU":
-        scene = scene.with_preset(_SOFT_TISSUE, profile)
+        preset = load_preset(_SOFT_TISSUE)
+        points = tuple(_pale(point) for point in preset.points)
+        scene = scene.with_transfer((SceneTransfer(name=_SOFT_TISSUE, points=points),))
     else:
         scene = scene.with_transfer((_grey(info, statistics),))
     dense_per_mm = _dense_per_mm(info) * _INSIDE_SHARE
@@ -285,12 +304,20 @@ def _with_surface(scene: Scene, statistics: Statistics) -> Scene:
 def _object(statistics: Statistics, values: Values) -> SceneTransfer:
     """Return a function that leaves out the background and draws the object in warm grey, brighter where it is dense.
 
-    With vessels, all below them is a veil.
+    With vessels or dense parts, all below them is a veil.
     """
     start = values.low + 0.7 * (values.background - values.low)
     full = values.background + 0.5 * (values.median - values.background)
     top = max(statistics.maximum, values.high)
-    if values.vessels is None:
+    if values.vessels is None and values.dense is not None:
+        steps = (
+            (start, "#7d6a5a", 0.0),
+            (full, "#a08a76", 0.02),
+            (values.dense[0], "#c9b49e", 0.05),
+            (values.dense[1], "#ecd9b6", 0.95),
+            (top, "#ffffff", 0.99),
+        )
+    elif values.vessels is None:
         steps = (
             (start, "#7d6a5a", 0.0),
             (values.background, "#a08a76", 0.25),
