@@ -160,6 +160,24 @@ def test_layers_of_slicer_overlap_and_keep_their_names(tmp_path):
     assert found.grid.spacing_mm_zyx == (2.0, 0.5, 0.25)
 
 
+def test_layers_of_a_segmentation_may_lie_along_the_last_axis(tmp_path):
+    layers = np.zeros((1, 3, 2, 4), np.uint8)
+    layers[0, 1, 0, 1:3] = 1
+    path = seg_nrrd(tmp_path / "s.seg.nrrd", layers, ["Segment0_Layer:=0", "Segment0_LabelValue:=1"])
+    text = path.read_bytes()
+    for old, new in (
+        (b"sizes: 1 4 2 3", b"sizes: 4 2 3 1"),
+        (b"none (0.25,0,0) (0,0.5,0) (0,0,2)", b"(0.25,0,0) (0,0.5,0) (0,0,2) none"),
+        (b"list domain domain domain", b"domain domain domain list"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_bytes(text)
+    found = opened(path)
+    assert np.array_equal(found.labels, layers[0])
+    assert found.grid.spacing_mm_zyx == (2.0, 0.5, 0.25)
+
+
 def test_a_folder_has_a_segment_for_each_mask(tmp_path):
     mask = np.zeros((5, 4, 3), np.uint8)
     for name, x in (("kidney_left", 1), ("spleen", 3)):

@@ -43,6 +43,15 @@ def test_names_of_segments_keep_letters_with_marks():
     assert [each.title for each in record.segments] == list(texts)
 
 
+def test_free_names_of_segments_have_no_character_that_steers_a_terminal_or_turns_text():
+    text = "Liver\x1b[31m\nvolprep:\tall is\u202e well\u2066\u200f\x9b2J\udcff\x00 "
+    segment = FoundSegment(number=1, name=text, code=None, colour=None, volume_ml=0.0)
+    found = FoundSegments(segments=(segment,), members=((),), boxes=(None,), voxels=(1,), blocks="00", sha256="0" * 64)
+    record, _ = segments_of(found, SegmentsSettings(source="s", names="free"), ["veil"], "scene")
+    assert [each.title for each in record.segments] == ["Liver[31m volprep: all is well2J"]
+    assert record.segments[0].name.isascii()
+
+
 def test_a_segment_around_another_one_holds_it(fit):
     planes = {1: PLANE, 2: PLANE * (np.arange(9) < 3), 3: PLANE * (np.arange(9) < 4), 5: PLANE}
     frames = [(number, (1, 2, z), plane) for number, plane in planes.items() for z in (3, 5)]

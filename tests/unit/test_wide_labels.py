@@ -85,6 +85,10 @@ def test_labels_of_large_numbers_are_recognised_by_all_of_them(tmp_path: Path) -
     [
         (np.arange(10**8, 10**8 + 64, dtype=np.int32), "from 100000000 to 100000063, in steps of 8; subtract"),
         (np.arange(10**8, 10**8 + 64, dtype=np.int64) * 1000, "from 100000000000 to 100000063000, in steps of 8192"),
+        (
+            np.arange(2**63, 2**63 + 64, dtype=np.uint64),
+            "from 9223372036854775808 to 9223372036854775871, in steps of 1.09951e+12",
+        ),
         (np.arange(64.0) + 1e9, "1000000032 to 1000000047 in the middle slice, in steps of 64; subtract"),
         (np.arange(64.0) * 1e-300, "which they do not hold; multiply"),
         (np.arange(64.0) * 1e300, "which they do not hold; multiply"),
