@@ -1038,8 +1038,11 @@ typedef struct volpkg_on_demand {
     const char* index;
     /* File with the bricks that are stored, one after the other. */
     const char* bricks;
-    /* Voxels along an edge of a brick. It holds one layer more on each side, of its neighbours' voxels. */
+    /* Voxels along an edge of a brick. */
     int32_t size;
+    /* Layers of its neighbours' voxels that a brick holds on each side: 2 where light comes from differences of values
+       one voxel beside a sample. */
+    int32_t ghost;
     /* Its levels, the finest first. */
     VOLPKG_LIST(volpkg_brick_level) levels;
     /* Format of a texel. */
@@ -3486,6 +3489,7 @@ static const volpkg__field volpkg__subvolume_files_fields[] = {
 VOLPKG__RECORDS(volpkg__subvolume_files_record, volpkg_subvolumes, volpkg__subvolume_files_fields)
 VOLPKG__MAYBE(volpkg__subvolume_files_record_pointer, volpkg__subvolume_files_record)
 VOLPKG__NUMBERS(volpkg__int_from_2_to_128, VOLPKG__INT, int32_t, 2.0, 128.0, 1)
+VOLPKG__NUMBERS(volpkg__int_from_1_to_2, VOLPKG__INT, int32_t, 1.0, 2.0, 1)
 VOLPKG__MANY(volpkg__brick_level_record_list_1_to_16, volpkg__brick_level_record, 1, 16.0)
 static const volpkg__named volpkg__brick_format_words[] = {{"r8unorm", VOLPKG_BRICK_FORMAT_R8UNORM},
     {"r16unorm", VOLPKG_BRICK_FORMAT_R16UNORM}, {"r16float", VOLPKG_BRICK_FORMAT_R16FLOAT}, {NULL, 0}};
@@ -3496,6 +3500,7 @@ static const volpkg__field volpkg__on_demand_fields[] = {
     {"index", &volpkg__path, offsetof(volpkg_on_demand, index), VOLPKG__NEEDED, 0, NULL},
     {"bricks", &volpkg__path, offsetof(volpkg_on_demand, bricks), VOLPKG__NEEDED, 0, NULL},
     {"size", &volpkg__int_from_2_to_128, offsetof(volpkg_on_demand, size), VOLPKG__NEEDED, 0, NULL},
+    {"ghost", &volpkg__int_from_1_to_2, offsetof(volpkg_on_demand, ghost), VOLPKG__NEEDED, 0, NULL},
     {"levels", &volpkg__brick_level_record_list_1_to_16, offsetof(volpkg_on_demand, levels), VOLPKG__NEEDED, 0, NULL},
     {"format", &volpkg__brick_format_word, offsetof(volpkg_on_demand, format), VOLPKG__NEEDED, 0, NULL},
     {"places_zyx", &volpkg__int_from_1_to_255_x3, offsetof(volpkg_on_demand, places_zyx), VOLPKG__NEEDED, 0, NULL},

@@ -288,8 +288,8 @@ class OnDemandSettings(Record):
     """All levels in bricks, of which an app fetches and holds those that a view needs: for scans of any size."""
 
     size: Annotated[int, Field(ge=2, le=128)] = 32
-    """Voxels along an edge of a brick. A brick holds one layer more on each side: with 32³ voxels it takes 20 % more,
-    with 64³ 10 %, but a view then needs more that it does not show."""
+    """Voxels along an edge of a brick. A brick holds a layer more on each side, two if it is lit: with 32³ voxels it
+    takes 20 % more, or 42 %; with 64³ half of that, but a view then needs more that it does not show."""
 
 
 class SliceSettings(Record):

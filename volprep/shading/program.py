@@ -298,7 +298,7 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: Subv
         return raycast_subvolumes.sampling(grid, pieces)
     if program.sampling == "on-demand":
         assert package.manifest.on_demand is not None  # noqa: S101 - a program that draws them
-        return raycast_bricks.on_demand(package.manifest.on_demand, grid)
+        return raycast_bricks.on_demand(package.manifest.on_demand, grid, gradients=program.normals_from != "volume")
     # Of several levels, which 3D textures have, all are read as the finest one.
     level = next(each for each in package.manifest.levels if each.index == min(program.levels))
     volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))

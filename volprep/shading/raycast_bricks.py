@@ -41,8 +41,8 @@ def sampling(
     )
 
 
-def on_demand(layout: OnDemand, grid: Grid) -> Feature:
-    """Return how level 0 is read from those bricks of all levels that a device holds."""
+def on_demand(layout: OnDemand, grid: Grid, *, gradients: bool) -> Feature:
+    """Return how level 0 is read from those bricks of all levels that a device holds; `gradients` as of `sampling`."""
     factors = ", ".join(literal(*map(float, each[::-1])) for each in layout.factors_zyx)
     words = {
         "CELLS": literal(*(layout.size,) * 3),
@@ -51,12 +51,14 @@ def on_demand(layout: OnDemand, grid: Grid) -> Feature:
         "POOL": literal(*layout.pool_zyx[::-1]),
         "LEVELS": str(len(layout.factors_zyx)),
         "FACTORS": factors,
+        "FIRST_TEXEL": literal(layout.ghost),
     }
-    slots: dict[str, Slot] = {"pool": "sampling/bricks:texture3d"}
+    near = "sampling/bricks:on_demand_near" if gradients else None
+    slots: dict[str, Slot] = {"pool": "sampling/bricks:texture3d", "value_near": near}
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks:on_demand", words, slots))},
         samplers=(Sampler(name="u_volume", role="brick-pool"), Sampler(name="u_bricks", role="brick-pages")),
-        offers=in_voxels(grid.shape_zyx),
+        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "OF": "centre, "} if gradients else {}),
     )
 
 

@@ -22,7 +22,7 @@ export class BrickIndex {
     const { shape_zyx: shape, spacing_mm_zyx: spacing, extent_mm_zyx: extent } = pack.manifest.grid;
     this.pack = pack;
     this.layout = layout;
-    this.pitch = layout.size + 2;
+    this.pitch = layout.size + 2 * layout.ghost;
     this.spacing = spacing;
     this.extent = extent;
     const count = data.length / RECORD_BYTES;

@@ -47,7 +47,7 @@
  * @typedef {{meshes?: ProxyMesh[]}} Proxy
  * @typedef {{level: number, file: string, reference_mm: number, channel: string}} JointHistogram
  * @typedef {{grid: string, pieces?: string[], whole?: string | null}} SubvolumeFiles
- * @typedef {{index: string, bricks: string, size: number, levels: {factors_zyx: Three}[], format: string, places_zyx: Three}} OnDemand
+ * @typedef {{index: string, bricks: string, size: number, ghost: number, levels: {factors_zyx: Three}[], format: string, places_zyx: Three}} OnDemand
  * @typedef {{name: string, api: "es1.1" | "es2.0" | "es3.0", max_texture_bytes: number, texture_formats: string[]}} Profile
  * @typedef {{name: string, title?: string, transfer: string, tint?: Three, opacity?: number, visible?: boolean, volume_ml: number}} Segment
  * @typedef {{segments?: string[], transfer: string}} SegmentLabel

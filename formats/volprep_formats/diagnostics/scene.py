@@ -97,8 +97,8 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP3034": Diagnostic(
         ExitStatus.SCENE,
         "bricks on demand cannot be combined with {what}",
-        "Leave out one of the two. Bricks on demand are for one unlit volume of values, drawn by rays with emission "
-        "and absorption in OpenGL ES 3.0 or WebGL 2.",
+        "Leave out one of the two. Bricks on demand are for one volume of values, drawn by rays with emission and "
+        "absorption, unlit or with a headlight by differences of values, in OpenGL ES 3.0 or WebGL 2.",
     ),
     "VP3041": Diagnostic(
         ExitStatus.SCENE,

@@ -19,7 +19,7 @@ class Brick:
     """A brick of a level."""
 
     texels: Voxels
-    """Its voxels with one layer more on each side, [z, y, x]; beyond the level the outer ones are repeated."""
+    """Its voxels with those of its neighbours, [z, y, x]; beyond the level the outer ones are repeated."""
     around: Voxels
     """Those of its voxels that the level has, with one layer more on each side: rays between the outermost voxels and
     the face see half of what is there."""
@@ -27,14 +27,17 @@ class Brick:
     """The next level at the places of `around`; None for the coarsest level."""
 
 
-def bricks_of(level: RawVolume, coarser: RawVolume | None, factors_zyx: Triple, size: int) -> Iterator[Brick]:
+def bricks_of(
+    level: RawVolume, coarser: RawVolume | None, factors_zyx: Triple, size: int, ghost: int
+) -> Iterator[Brick]:
     """Yield the bricks of a level, x first, then y, then z.
 
-    A row of bricks is read at a time. `factors_zyx` are the factors from this level to the next.
+    A row of bricks is read at a time. `factors_zyx` are the factors from this level to the next, `ghost` the layers of
+    neighbours' voxels on each side of a brick.
     """
     nz, ny, nx = level.shape_zyx
     for z, y in product(range(0, nz, size), range(0, ny, size)):
-        row = _rows(level, np.arange(z - 1, z + size + 1), np.arange(y - 1, y + size + 1))
+        row = _rows(level, np.arange(z - ghost, z + size + ghost), np.arange(y - ghost, y + size + ghost))
         inner_z, inner_y = min(size, nz - z), min(size, ny - y)
         between = None
         if coarser is not None:
@@ -42,13 +45,13 @@ def bricks_of(level: RawVolume, coarser: RawVolume | None, factors_zyx: Triple, 
             places = tuple(np.clip(np.arange(first, end), 0, n - 1) for first, end, n in ranges)
             between = _between(coarser, places, factors_zyx)
         for x in range(0, nx, size):
-            held = np.clip(np.arange(x - 1, x + size + 1), 0, nx - 1)
+            held = np.clip(np.arange(x - ghost, x + size + ghost), 0, nx - 1)
             texels = row[:, :, held]
-            inner_x = min(size, nx - x)
+            first, end = ghost - 1, ghost + min(size, nx - x) + 1
             yield Brick(
                 texels=texels,
-                around=texels[: inner_z + 2, : inner_y + 2, : inner_x + 2],
-                coarse=None if between is None else between[:, :, held[: inner_x + 2]],
+                around=texels[first : first + inner_z + 2, first : first + inner_y + 2, first:end],
+                coarse=None if between is None else between[:, :, held[first:end]],
             )
 
 

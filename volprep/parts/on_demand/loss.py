@@ -62,12 +62,19 @@ class BrickLoss:
 
 
 def brick_loss(
-    fine: Float32Array, coarse: Float32Array | None, spacing_mm_zyx: Spacing, looks: Sequence[CodeLook]
+    fine: Float32Array,
+    coarse: Float32Array | None,
+    spacing_mm_zyx: Spacing,
+    looks: Sequence[CodeLook],
+    soft_per_mm: float | None = None,
 ) -> BrickLoss:
     """Compare the codes [z, y, x] of a brick with those of the next level at its voxels; None for the coarsest.
 
-    Both have one layer of voxels more on each side, which counts for the loss, but not for what the brick hides.
+    Both have one layer of voxels more on each side, which counts for the loss, but not for what the brick hides. A
+    sample is lit from where its column is seen, if `soft_per_mm` is given: the slope in codes below which a place is
+    hardly a surface.
     """
+    slopes = [None if soft_per_mm is None or each is None else _slopes(each, spacing_mm_zyx) for each in (fine, coarse)]
     loss, opacity, cover = np.zeros(len(LOSS_FOOTPRINTS)), np.ones(3), 1.0
     for look in looks:
         own = look.at(fine)
@@ -81,9 +88,27 @@ def brick_loss(
             cover = min(cover, float((alpha > _SEEN).mean()))
             if other is None:
                 continue
-            for drawn, instead in zip(_columns(own, axis, spacing_mm), _columns(other, axis, spacing_mm), strict=True):
+            media = zip((own, other), slopes, strict=True)
+            seen = (_columns(_lit(each, slope, axis, soft_per_mm), axis, spacing_mm) for each, slope in media)
+            for drawn, instead in zip(*seen, strict=True):
                 loss = np.maximum(loss, _losses(instead - drawn))
     return BrickLoss(loss, opacity, cover)
+
+
+def _slopes(codes: Float32Array, spacing_mm_zyx: Spacing) -> list[Float32Array]:
+    """Return central differences along each axis, per millimetre."""
+    return [np.gradient(codes, np.float32(spacing), axis=axis) for axis, spacing in enumerate(spacing_mm_zyx)]
+
+
+def _lit(medium: Float32Array, slopes: list[Float32Array] | None, axis: int, soft_per_mm: float | None) -> Float32Array:
+    """Return a medium lit along an axis, as shaders light samples from where the viewer is."""
+    if slopes is None or soft_per_mm is None:
+        return medium
+    soft = np.float32(soft_per_mm**2)
+    length = sum(each * each for each in slopes) + soft
+    lit = medium.copy()
+    lit[..., :3] *= np.sqrt((slopes[axis] ** 2 + soft) / length)[..., None]
+    return lit
 
 
 def _columns(medium: Float32Array, axis: int, spacing_mm: float) -> Iterator[Float32Array]:

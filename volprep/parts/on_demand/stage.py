@@ -19,6 +19,7 @@ from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.parts.on_demand.brick import encode_brick
 from volprep_formats.package.parts.on_demand.index import RECORD, Records
 from volprep_formats.package.parts.on_demand.record import OnDemand
@@ -56,7 +57,7 @@ def _bricks(
             level = _level(source, wanted.shape_zyx(number, source.shape_zyx), factors, Path(folder) / str(number))
             z, y, x = (f * h for f, h in zip(factors, spacing, strict=True))
             steps = tuple(c // f for c, f in zip(before, factors, strict=True))
-            for brick in bricks_of(level, coarser, (steps[0], steps[1], steps[2]), wanted.size):
+            for brick in bricks_of(level, coarser, (steps[0], steps[1], steps[2]), wanted.size, wanted.ghost):
                 record, data = _stored(plan, wanted, brick, (z, y, x), looks, shown)
                 records.append(record)
                 yield data
@@ -85,7 +86,10 @@ def _stored(  # noqa: PLR0917 - a brick, and all that its record is about
 ) -> tuple[Records, bytes]:
     low, high = int(brick.texels.min()), int(brick.texels.max())
     data = b"" if _is_empty(plan, shown, low, high) else encode_brick(texels_of(brick.texels, wanted.format))
-    found = brick_loss(brick.around.astype(np.float32), brick.coarse, spacing_mm_zyx, looks)
+    lit = wanted.programs[0].lighting != "none"
+    # Codes in place of normalised stored values.
+    soft_per_mm = SOFT_SLOPE / min(plan.grid.spacing_mm_zyx) * (2**plan.quantize.bits - 1) if lit else None
+    found = brick_loss(brick.around.astype(np.float32), brick.coarse, spacing_mm_zyx, looks, soft_per_mm)
     record = np.zeros(1, RECORD)
     record["size_bytes"], record["crc32"] = len(data), zlib.crc32(data)
     record["low"], record["high"] = low, high

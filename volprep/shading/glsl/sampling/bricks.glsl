@@ -43,8 +43,8 @@ float value_near(vec3 centre, vec3 at) {
   return pool_value(floor(entry.rgb * 255.0 + 0.5) * PITCH + inside + $FIRST_TEXEL);
 }
 //#section on_demand
-// Bricks of several levels, with one voxel more on each side. The entry of each brick of level 0 is the
-// place of the finest brick held there and 1 + its level in alpha, or alpha 0 and a 16-bit value.
+// Bricks of several levels, with ghost voxels on each side. The entry of each brick of level 0 is the place of the
+// finest brick held there and 1 + its level in alpha, or alpha 0 and a 16-bit value.
 const vec3 CELLS = $CELLS;
 const vec3 LAST_BRICK = $LAST_BRICK;
 const vec3 PITCH = $PITCH;
@@ -59,5 +59,19 @@ float $STORED(vec3 at) {
   vec3 factor = FACTORS[int(entry.a) - 1];
   // Division rounds: a position on the border may count as the other brick's, whose ghost voxels serve it as well.
   vec3 inside = clamp(at / factor - floor((brick + 0.5) / factor) * CELLS, vec3(0.0), CELLS);
-  return pool_value(entry.rgb * PITCH + inside + 1.0);
+  return pool_value(entry.rgb * PITCH + inside + $FIRST_TEXEL);
+}
+//#part value_near
+//#section on_demand_near
+
+// The value at a place at most a voxel beside another one, of whose brick it is: the next one may be of another level.
+float value_near(vec3 centre, vec3 at) {
+  vec3 brick = clamp(floor(centre / CELLS), vec3(0.0), LAST_BRICK);
+  vec4 entry = floor(brick_entry(brick + 0.5) * 255.0 + 0.5);
+  if (entry.a < 0.5) {
+    return dot(entry.rg, vec2(256.0, 1.0)) / 65535.0;
+  }
+  vec3 factor = FACTORS[int(entry.a) - 1];
+  vec3 inside = clamp(at / factor - floor((brick + 0.5) / factor) * CELLS, vec3(-1.0), CELLS + 1.0);
+  return pool_value(entry.rgb * PITCH + inside + $FIRST_TEXEL);
 }

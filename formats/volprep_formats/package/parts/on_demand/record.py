@@ -33,7 +33,10 @@ class OnDemand(Record):
     bricks: PackagePath
     """File with the bricks that are stored, one after the other."""
     size: Annotated[int, Field(ge=2, le=128)]
-    """Voxels along an edge of a brick. It holds one layer more on each side, of its neighbours' voxels."""
+    """Voxels along an edge of a brick."""
+    ghost: Annotated[int, Field(ge=1, le=2)]
+    """Layers of its neighbours' voxels that a brick holds on each side: 2 where light comes from differences of values
+    one voxel beside a sample."""
     levels: Annotated[tuple[BrickLevel, ...], Field(min_length=1, max_length=16)]
     """Its levels, the finest first."""
     format: Literal["r8unorm", "r16unorm", "r16float"]
@@ -49,7 +52,7 @@ class OnDemand(Record):
     @property
     def pitch(self) -> int:
         """Texels along an edge of a brick."""
-        return self.size + 2
+        return self.size + 2 * self.ghost
 
     @property
     def pool_zyx(self) -> Triple:
