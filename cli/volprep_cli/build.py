@@ -59,6 +59,13 @@ Grid = Annotated[
     ),
 ]
 
+OnDemand = Annotated[
+    bool,
+    typer.Option(
+        "--on-demand", help="Also write all levels in bricks that an app fetches as its view needs them, for any size."
+    ),
+]
+
 Force = Annotated[bool, typer.Option("--force", help="Also replace a package of another scan or scene.")]
 Times = Annotated[bool, typer.Option("--timing", help="Also print the time that each task of the build took.")]
 
@@ -71,6 +78,7 @@ def build(
     source: Source = None,
     *,
     grid: Grid = None,
+    on_demand: OnDemand = False,
     force: Force = False,
     timing: Times = False,
     choices: Choices,
@@ -93,6 +101,8 @@ def build(
     request = choices.of(request_of(scene, profile, source))
     if grid is not None:
         request = request.with_grid(grid)
+    if on_demand:
+        request = request.with_on_demand()
     replaced = check_replaced(request, output, force=force)
     with progress() as watcher:
         timed = Timing(watcher)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.build import Grid, Profile, Scene, Source
+from volprep_cli.build import Grid, OnDemand, Profile, Scene, Source
 from volprep_cli.choices import Choices, takes_choices
 from volprep_cli.console import Json, bytes_text, print_json, print_line, print_note, print_table, progress
 
@@ -68,6 +68,7 @@ def plan(
     source: Source = None,
     *,
     grid: Grid = None,
+    on_demand: OnDemand = False,
     device: Device = None,
     devices: Devices = None,
     frame_ms: FrameMs = None,
@@ -105,6 +106,8 @@ def plan(
         return
     if grid is not None:
         request = request.with_grid(grid)
+    if on_demand:
+        request = request.with_on_demand()
     with progress() as watcher:
         decided = plan_build(request, watcher, None if device is None or record is None else (device, record))
     frame = None if record is None else choose_for_frame(record, frame_ms, size)

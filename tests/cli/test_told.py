@@ -36,6 +36,7 @@ def test_a_package_without_full_resolution_says_so_and_what_keeps_it(long_scan: 
     ran = volprep(*arguments, cwd=long_scan.parent)
     (line,) = [line for line in ran.stderr.splitlines() if "full resolution" in line]
     assert "finest level has 150×3×2 of 300×5×3 voxels" in line
+    assert "--on-demand" in line
     assert "--grid auto" in line
     told = json.loads(volprep(*arguments, "--json", cwd=long_scan.parent).stdout)
     assert any("full resolution" in each for each in told["warnings"])
@@ -45,6 +46,8 @@ def test_a_package_without_full_resolution_says_so_and_what_keeps_it(long_scan: 
     assert json.loads(checked.stdout)["warnings"] == told["warnings"]
     assert f"warning: {told['warnings'][0]}" in checked.stderr.splitlines()
     kept = json.loads(volprep(*arguments, "--json", "--grid", "auto", cwd=long_scan.parent).stdout)
+    assert not any("full resolution" in each for each in kept["warnings"])
+    kept = json.loads(volprep(*arguments, "--json", "--force", "--on-demand", cwd=long_scan.parent).stdout)
     assert not any("full resolution" in each for each in kept["warnings"])
 
 

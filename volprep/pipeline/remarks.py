@@ -87,7 +87,7 @@ def _missing_resolution(manifest: Manifest) -> Iterator[str]:
     if not channel.levels:  # a draft
         return
     finest = channel.levels[0]
-    if manifest.grid is None or finest.index == 0 or manifest.subvolumes is not None:
+    if manifest.grid is None or finest.index == 0 or manifest.subvolumes or manifest.on_demand:
         return
     full, held = (_voxels(shape) for shape in (manifest.grid.shape_zyx, finest.grid.shape_zyx))
     why = next(
@@ -95,7 +95,9 @@ def _missing_resolution(manifest: Manifest) -> Iterator[str]:
     )
     reason = "" if why is None else f": {why.reason}"
     way = (
-        "--grid auto keeps it, in sub-volumes" if manifest.profile.has_shaders else "a profile with shaders may keep it"
+        "--on-demand keeps it, in bricks that an app fetches as its view needs them, and --grid auto in sub-volumes"
+        if manifest.profile.has_shaders
+        else "a profile with shaders may keep it"
     )
     yield f"full resolution is left out, the finest level has {held} of {full} voxels{reason}; {way}"
 

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import preset_names
 from volprep.scene.profiles import load_profile
-from volprep.scene.scene import GridSettings, Scene, load_scene, read_toml
+from volprep.scene.scene import GridSettings, OnDemandSettings, Scene, load_scene, read_toml
 from volprep.scene.segments import SegmentsSettings
 from volprep.scene.transfer import SceneTransfer
 from volprep_formats.diagnostics import VolprepError
@@ -60,6 +60,11 @@ class Request:
         """Return the same request with sub-volumes of another size."""
         grid = (self.scene.grid or GridSettings()).model_copy(update={"size": size})
         return replace(self, scene=self.scene.model_copy(update={"grid": grid}))
+
+    def with_on_demand(self) -> Self:
+        """Return the same request with bricks on demand, of the scene's size if it has one."""
+        wanted = self.scene.on_demand or OnDemandSettings()
+        return replace(self, scene=self.scene.model_copy(update={"on_demand": wanted}))
 
     def with_source(self, **changes: object) -> Self:
         """Return the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""
