@@ -2,12 +2,13 @@
 
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from volprep.truth.camera import standard_views
-from volprep.validation.comparison.pixels import errors_by_size, judged_level
+from volprep.validation.comparison.pixels import _seen_at, errors_by_size, judged_level
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Tolerance
@@ -30,6 +31,7 @@ def shift(name: str, boxes: dict[str, np.ndarray[Any, np.dtype[np.float32]]] | N
     return judged_level("anterior", blob(HALF), blob(0.0), Tolerance(), subject, level, boxes).shift_voxels
 
 
+VIEWS = ("left", "anterior", "right")
 HALF = SIDE * 2.0 / standard_views(GRID)["anterior"].height_mm
 
 
@@ -61,6 +63,31 @@ def sizes(drawn: np.ndarray[Any, np.dtype[np.float32]], allowed: float) -> list[
 def test_a_level_is_measured_in_smaller_pictures_until_it_is_right_and_in_full_if_it_is() -> None:
     assert sizes(blob(2.0), allowed=0.5) == [(256, True), (111, True)]
     assert sizes(blob(2.0), allowed=1e-6) == [(111, False), (55, False), (32, False)]
+
+
+def test_other_sizes_are_measured_in_the_worst_view_first_and_end_with_a_view_that_is_beyond() -> None:
+    grid = Grid.of((64, 64, 64), (2.0, 2.0, 2.0))
+    level = Level(index=1, factors_zyx=(2, 2, 2), grid=grid, filter="box")
+    subject: Any = SimpleNamespace(shape_hw=(SIDE, SIDE), cameras=standard_views(grid), is_lit=False)
+    pictures, truths = {"left": blob(0.0), "anterior": blob(2.0), "right": blob(0.0)}, dict.fromkeys(VIEWS, blob(0.0))
+    found = [judged_level(name, pictures[name], truths[name], Tolerance(), subject, level) for name in pictures]
+    (worst, *_) = sorted(found, key=lambda view: -view.seen.rmse)
+
+    def measured(allowed: float) -> tuple[list[str], bool]:
+        names: list[str] = []
+
+        def seen_at(drawn: Any, truth: Any, *rest: Any) -> Any:
+            names.append(next(name for name, picture in pictures.items() if picture is drawn))
+            return _seen_at(drawn, truth, *rest)
+
+        tolerance = Tolerance(rmse=allowed, flip=1.0, kept_light=0.0)
+        with patch("volprep.validation.comparison.pixels._seen_at", seen_at):
+            (largest, *_) = errors_by_size(pictures, truths, found, tolerance, subject, level)
+        return names, largest.passed
+
+    at_voxels = worst.seen.rmse
+    assert measured(1.0) == (["anterior", "left", "right"], True)
+    assert measured(1.001 * at_voxels) == (["anterior"], False)
 
 
 def test_where_a_level_is_right_in_smaller_pictures_only_the_largest_of_them_is_sought() -> None:

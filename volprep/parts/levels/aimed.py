@@ -85,6 +85,6 @@ def _often(lines: RaySegments, grid: Grid, edge: int, nearby: InMemory) -> Float
     # Shares change little from block to block: one sample for each is enough.
     for part in in_memory_parts(lines, (z, y, x), per_voxel=1):
         samples = sample_level(nearby, (z, y, x), part, per_voxel=1)
-        sums = np.concatenate([[0.0], np.cumsum(samples.values, dtype=np.float64)])[samples.offsets]
-        means.append(np.diff(sums) / np.diff(samples.offsets))
+        sums = np.add.reduceat(samples.values, samples.offsets[:-1], dtype=np.float64)
+        means.append(sums / np.diff(samples.offsets))
     return np.maximum(np.concatenate(means), 1.0) * lines.lengths_mm

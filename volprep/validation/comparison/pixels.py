@@ -11,7 +11,7 @@ from volprep.truth.kept_light import SmallThing, small_things
 from volprep.validation.comparison.seen import full_size, seen_numbers, shift_voxels, width_pixels
 from volprep.validation.results.seen import OtherView, SeenNumbers, SizeErrors, least_light
 from volprep.validation.subjects.subject import Subject
-from volprep.validation.verdicts.verdict import passes
+from volprep.validation.verdicts.verdict import passes, share_of
 from volprep_formats.arrays import FloatArray
 from volprep_formats.package.channel import Level, LevelFilter
 from volprep_formats.package.manifest import Tolerance
@@ -93,12 +93,18 @@ def errors_by_size(  # noqa: PLR0917 - the pictures, their views, and the limits
 
     If it is within the tolerance where one of its voxels is a pixel, the other size is that of the report. Otherwise
     pictures are halved, down to 32 pixels, until it is within the tolerance, and the interval between the last two
-    sizes is halved twice.
+    sizes is halved twice. Views are measured until one is beyond, the worst of `found` first.
     """
     allowed = tolerance.model_copy(update={"maximum": 1.0})
+    names = [view.view for view in sorted(found, key=lambda view: share_of(view.seen, allowed), reverse=True)]
 
     def errors_at(pixels: int) -> SizeErrors:
-        return _worst(pixels, [_seen_at(drawn[name], truths[name], pixels, subject, level) for name in drawn], allowed)
+        views: list[SeenNumbers] = []
+        for name in names:
+            views.append(_seen_at(drawn[name], truths[name], pixels, subject, level))
+            if not passes(views[-1], allowed):
+                break
+        return _worst(pixels, views, allowed)
 
     pixels = pixels_of(subject, level)
     sizes = [_worst(pixels, [view.seen for view in found], allowed)]

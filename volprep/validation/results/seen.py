@@ -98,7 +98,10 @@ def as_order(found: SeenNumbers | FullSize) -> float:
 
 
 class SizeErrors(Record):
-    """Errors of a coarse level in pictures of one size, each in its worst view."""
+    """Errors of a coarse level in pictures of one size, each in its worst view.
+
+    At other sizes than the one where a voxel is a pixel, views are measured until one is beyond the tolerance.
+    """
 
     pixels: Count
     """Width and height; each pixel is the mean of several of a larger picture, but at the size of the report."""

@@ -40,10 +40,10 @@ _COARSE_RATIOS = (2.0, 1.0, 0.5)
 _LEAST_RATIO = 0.5
 _LONG_MS = 100.0
 """Steps finer than half of the nominal one are not timed where one draw takes this long: they are too slow to use."""
-_SLOW_MS = 10.0
+_SLOW_MS = 3.0
 """Timed pictures have a quarter, a 16th or a 64th of the pixels if a nominal draw in them still takes longer than this.
-A driver that draws with the processor takes 2.5 to 4 times as long for four times the pixels, and timing it in a
-quarter of them was a tenth of a validation. A GPU takes less, and would be timed at its overhead."""
+A driver that draws with the processor takes 2.5 to 4 times as long for four times the pixels: with 10 ms in place of 3,
+timing took a quarter of the validation of 8³ voxels. A GPU takes less, and would be timed at its overhead."""
 _LEAST_TIMED = 32
 """Width and height below which pictures are not made smaller for timing."""
 
