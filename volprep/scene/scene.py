@@ -187,7 +187,8 @@ class SceneRender(Record):
     """"headlight": diffuse light from where the viewer is. "phong", "blinn-phong": light from `lighting.light_mm`,
     with highlights after Phong or after Blinn. The package holds the normals that this needs."""
     picture_size: Annotated[int, Field(ge=16, le=4096)] = 256
-    """Width and height of the pictures that validation compares."""
+    """Width and height of the pictures that validation compares. Of volumes with a diagonal of less than 32 voxels, the
+    default of 256 becomes eight for each voxel, at least 64."""
 
     @property
     def decided_classification(self) -> ClassificationName:

@@ -87,8 +87,8 @@ def measure_package(
         with clock.part("checking"):
             package = open_whole(path)
         found = find_scan(path, source)
-        size = picture_size or found.picture_size
         derived = _derived(package, found, scratch, clock, progress)
+        size = picture_size or found.picture_size_of([scan.grid for scan in derived.scans.values()])
         derivation = derived.record
         whole = _judged(package, derived.manifest, found.scene.tolerance)
         package = whole.at_frame(0)
