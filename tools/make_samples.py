@@ -57,6 +57,7 @@ def write_sources(folder: Path) -> None:
     turn = Rotation.from_euler("xyz", (25.0, -40.0, 15.0), degrees=True).as_matrix()
     oblique = nibabel.affines.from_matvec(turn @ np.diag([1.0, -1.0, 1.5]), (31.0, -17.0, 230.0))
     nibabel.save(nibabel.Nifti1Image(codes[3:13, 4:18, 2:19].T, oblique), folder / "oblique.nii")
+    _write_uptake(folder / "uptake.nii")
     # The organ fills with a tracer; the third frame repeats the second one.
     frames = [np.rint(70 * body + 150 * bone + 80 * share * organ).astype(np.uint8).T for share in (0.0, 1.0, 1.0, 0.5)]
     series = nibabel.Nifti1Image(np.stack(frames, axis=-1), affine)
@@ -66,6 +67,22 @@ def write_sources(folder: Path) -> None:
     rgba = np.stack([0.3 + 0.7 * bone, 0.3 + 0.7 * organ, x / x.max(), 0.3 * body + 0.7 * bone], axis=-1)
     pages = np.rint(255 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
     tifffile.imwrite(folder / "slices.tif", pages, photometric="rgb", extrasamples=["unassalpha"])
+
+
+def _write_uptake(path: Path) -> None:
+    """Write the organ and a spot beside the bone on a coarser, turned grid, 3 mm off: the scene moves it back."""
+    turn = Rotation.from_euler("xyz", (10.0, -20.0, 35.0), degrees=True).as_matrix()
+    index = np.stack(np.meshgrid(*(np.arange(n) for n in (11, 9, 8)), indexing="ij"), axis=-1)
+    steps = turn @ np.diag([2.6, 2.2, 3.1])
+    # NIfTI's x and y point the other way.
+    places = (index - np.array([5.0, 4.0, 3.5])) @ steps.T + (-13.0, -9.0, 12.0)
+    x, y, z = -places[..., 0], -places[..., 1], places[..., 2]
+    spots = (
+        _ellipsoid((z, y, x), (13.0, 7.0, 15.0), (4.5, 3.7, 4.5)),
+        _ellipsoid((z, y, x), (6.0, 13.0, 8.0), (3.5,) * 3),
+    )
+    affine = nibabel.affines.from_matvec(steps, places[0, 0, 0] + (3.0, 0.0, 0.0))
+    nibabel.save(nibabel.Nifti1Image(np.rint(230 * spots[0] + 140 * spots[1]).astype(np.uint8), affine), path)
 
 
 def _ellipsoid(at_mm: tuple[np.ndarray, ...], centre_mm: tuple[float, ...], radii_mm: tuple[float, ...]) -> np.ndarray:
@@ -96,7 +113,7 @@ def write_sample(name: str, sources: Path, target: Path) -> list[dict[str, objec
 
 def _drawn(package: Package, file: Path, picture: Path, point: int | None) -> dict[str, object]:
     """Draw the default picture: its finest level, or the pieces around a point."""
-    grid, render = package.manifest.grid, package.manifest.render
+    grid, render = package.manifest.pictures[0].grid or package.manifest.grid, package.manifest.render
     camera = standard_views(grid, render.projection)["anterior-left"]
     # Targets of 8 bits would round dark parts of linear pictures; slices are blended into their target.
     shaders = package.manifest.profile.has_shaders

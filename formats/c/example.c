@@ -196,7 +196,7 @@ static void draw(const volpkg_package* package, volpkg_drawing* drawing, int poi
     volpkg_error error;
     int es3 = package->profile.api == VOLPKG_API_ES3_0, i;
     const volpkg_program* p;
-    if (volpkg_view(package, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
+    if (volpkg_view(package, drawing->grid, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
     /* Rays that begin and end at a mesh are faster; the picture is the same. */
     if (point < 0 && !volpkg_choose_mesh(package, drawing->picture, drawing->level->index, &from_mesh, &error) &&
         !volpkg_planes_cut(&from_mesh, box_from_clip))

@@ -100,7 +100,7 @@ static void draw_slices(const volpkg_package* package, const volpkg_slice_drawin
     volpkg_error error;
     int32_t number;
     if (handles == NULL) fail("textures", "no memory");
-    if (volpkg_view(package, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
+    if (volpkg_view(package, package->grid, view, 1.0, box_from_clip)) fail(view, "no standard view has this name");
     if (volpkg_begin_slices(drawing, box_from_clip, &frame, &error)) fail(view, error.text);
     make_slice_target(made->side);
     for (number = 0; number < drawing->textures; ++number)

@@ -216,6 +216,10 @@ typedef enum volpkg_texture_format { VOLPKG_TEXTURE_FORMAT_R8UNORM, VOLPKG_TEXTU
     volpkg_texture_format;
 typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG_UNIFORM_SOURCE_STEP_MM,
     VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MIPMAP, VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX,
+    VOLPKG_UNIFORM_SOURCE_MEDIUM_0_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MEDIUM_1_FROM_BOX,
+    VOLPKG_UNIFORM_SOURCE_MEDIUM_2_FROM_BOX, VOLPKG_UNIFORM_SOURCE_MEDIUM_3_FROM_BOX,
+    VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_0, VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_1,
+    VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_2, VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_3,
     VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM, VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM, VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL,
     VOLPKG_UNIFORM_SOURCE_LOW_START_VOXEL, VOLPKG_UNIFORM_SOURCE_LOW_SIZE_VOXELS,
     VOLPKG_UNIFORM_SOURCE_HIGH_START_VOXEL, VOLPKG_UNIFORM_SOURCE_HIGH_SIZE_VOXELS, VOLPKG_UNIFORM_SOURCE_CLIP_FROM_BOX,
@@ -226,7 +230,10 @@ typedef enum volpkg_uniform_source { VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP, VOLPKG
 typedef enum volpkg_uniform_type { VOLPKG_UNIFORM_TYPE_F32, VOLPKG_UNIFORM_TYPE_VEC3F, VOLPKG_UNIFORM_TYPE_MAT4X4F }
     volpkg_uniform_type;
 typedef enum volpkg_value_source { VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX, VOLPKG_VALUE_SOURCE_MIPMAP,
-    VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX } volpkg_value_source;
+    VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX, VOLPKG_VALUE_SOURCE_MEDIUM_0_FROM_BOX, VOLPKG_VALUE_SOURCE_MEDIUM_1_FROM_BOX,
+    VOLPKG_VALUE_SOURCE_MEDIUM_2_FROM_BOX, VOLPKG_VALUE_SOURCE_MEDIUM_3_FROM_BOX,
+    VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_0, VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_1,
+    VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_2, VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_3 } volpkg_value_source;
 
 /* A program that draws the picture of a drawing from the same textures, with rays that begin and end at a mesh. */
 typedef struct volpkg_at_mesh {
@@ -1103,6 +1110,9 @@ typedef struct volpkg_medium {
     const char* channel;
     /* Name of the transfer function. */
     const char* transfer;
+    /* Matrix from the space of the channel's scan to that of the package, if the two differ: a registration. Three rows
+       of four numbers; the fourth row is 0, 0, 0, 1. 0 if absent. */
+    VOLPKG_LIST(double) placed;
 } volpkg_medium;
 
 /* A picture of the sub-volumes around a point of their grid. */
@@ -1126,6 +1136,9 @@ typedef struct volpkg_picture {
        does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and
        blue light, and extinction. */
     volpkg_mixing mixing;
+    /* Grid in whose box it is drawn, if that is not the `grid` of the manifest: that of its channel, or one around all
+       media whose channels lie on several grids. NULL if absent. */
+    const volpkg_grid* grid;
     /* One for each frame and each level that can be drawn, frame by frame, finest first; in a draft none before its
        programs are made. */
     VOLPKG_LIST(volpkg_drawing_record) drawings;
@@ -1485,6 +1498,7 @@ typedef struct volpkg_drawing {
     const volpkg_program* program;
     const volpkg_channel* channel; /* of the first of its media */
     const volpkg_level* level;     /* NULL for sub-volumes */
+    const volpkg_grid* grid;       /* of the picture: its box is the box space of cameras */
     const volpkg_mesh* mesh;       /* where rays begin; NULL for the volume's box */
     const volpkg_skip_table* skip; /* NULL if the program does not skip */
     double step_mm;                /* nominal distance of the samples along a ray */
@@ -1592,9 +1606,11 @@ volpkg_code volpkg_box_from_clip(const volpkg_grid* grid, const double clip_from
 
 /*
  * One of the standard views: "anterior", "posterior", "left", "right", "superior", "inferior", "anterior-left",
- * "anterior-right", "posterior-left", with the projection of the package; `aspect` is width / height.
+ * "anterior-right", "posterior-left", with the projection of the package, in the box of `grid`, which is that of the
+ * drawing, or of the package where slices are drawn; `aspect` is width / height.
  */
-volpkg_code volpkg_view(const volpkg_package* package, const char* view, double aspect, double box_from_clip[16]);
+volpkg_code volpkg_view(const volpkg_package* package, const volpkg_grid* grid, const char* view, double aspect,
+                        double box_from_clip[16]);
 
 /* Whether part of the volume is beyond the near or the far plane, so that a mesh would be cut open. */
 int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[16]);
@@ -3132,7 +3148,15 @@ static const volpkg__field volpkg__draw_cost_fields[] = {
 VOLPKG__RECORDS(volpkg__draw_cost_record, volpkg_cost, volpkg__draw_cost_fields)
 VOLPKG__MANY(volpkg__string_list_to_64, volpkg__string, 0, 64.0)
 static const volpkg__named volpkg__value_source_words[] = {{"texture_from_box", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_BOX},
-    {"mipmap", VOLPKG_VALUE_SOURCE_MIPMAP}, {"blocks_from_box", VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX}, {NULL, 0}};
+    {"mipmap", VOLPKG_VALUE_SOURCE_MIPMAP}, {"blocks_from_box", VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX},
+    {"medium_0_from_box", VOLPKG_VALUE_SOURCE_MEDIUM_0_FROM_BOX},
+    {"medium_1_from_box", VOLPKG_VALUE_SOURCE_MEDIUM_1_FROM_BOX},
+    {"medium_2_from_box", VOLPKG_VALUE_SOURCE_MEDIUM_2_FROM_BOX},
+    {"medium_3_from_box", VOLPKG_VALUE_SOURCE_MEDIUM_3_FROM_BOX},
+    {"texture_from_medium_0", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_0},
+    {"texture_from_medium_1", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_1},
+    {"texture_from_medium_2", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_2},
+    {"texture_from_medium_3", VOLPKG_VALUE_SOURCE_TEXTURE_FROM_MEDIUM_3}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__value_source_word, VOLPKG__NAMED, 0, volpkg__value_source_words)
 VOLPKG__MANY(volpkg__real_list_1_to_16, volpkg__real, 1, 16.0)
 static const volpkg__field volpkg__uniform_value_fields[] = {
@@ -3298,6 +3322,14 @@ VOLPKG__WORDS(volpkg__uniform_type_word, VOLPKG__NAMED, 0, volpkg__uniform_type_
 static const volpkg__named volpkg__uniform_source_words[] = {{"box_from_clip", VOLPKG_UNIFORM_SOURCE_BOX_FROM_CLIP},
     {"step_mm", VOLPKG_UNIFORM_SOURCE_STEP_MM}, {"texture_from_box", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_BOX},
     {"mipmap", VOLPKG_UNIFORM_SOURCE_MIPMAP}, {"blocks_from_box", VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX},
+    {"medium_0_from_box", VOLPKG_UNIFORM_SOURCE_MEDIUM_0_FROM_BOX},
+    {"medium_1_from_box", VOLPKG_UNIFORM_SOURCE_MEDIUM_1_FROM_BOX},
+    {"medium_2_from_box", VOLPKG_UNIFORM_SOURCE_MEDIUM_2_FROM_BOX},
+    {"medium_3_from_box", VOLPKG_UNIFORM_SOURCE_MEDIUM_3_FROM_BOX},
+    {"texture_from_medium_0", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_0},
+    {"texture_from_medium_1", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_1},
+    {"texture_from_medium_2", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_2},
+    {"texture_from_medium_3", VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_3},
     {"block_low_mm", VOLPKG_UNIFORM_SOURCE_BLOCK_LOW_MM}, {"block_high_mm", VOLPKG_UNIFORM_SOURCE_BLOCK_HIGH_MM},
     {"split_voxel", VOLPKG_UNIFORM_SOURCE_SPLIT_VOXEL}, {"low_start_voxel", VOLPKG_UNIFORM_SOURCE_LOW_START_VOXEL},
     {"low_size_voxels", VOLPKG_UNIFORM_SOURCE_LOW_SIZE_VOXELS},
@@ -3535,9 +3567,11 @@ static const volpkg__field volpkg__series_frame_fields[] = {
 VOLPKG__RECORDS(volpkg__series_frame_record, volpkg_series_frame, volpkg__series_frame_fields)
 VOLPKG__MANY(volpkg__series_frame_record_list_1_to_1024, volpkg__series_frame_record, 1, 1024.0)
 VOLPKG__MAYBE(volpkg__series_frame_record_list_1_to_1024_pointer, volpkg__series_frame_record_list_1_to_1024)
+VOLPKG__MANY(volpkg__real_list_12_to_12, volpkg__real, 12, 12.0)
 static const volpkg__field volpkg__picture_medium_fields[] = {
     {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
+    {"placed", &volpkg__real_list_12_to_12, offsetof(volpkg_medium, placed), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__picture_medium_record, volpkg_medium, volpkg__picture_medium_fields)
 VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_record, 1, 64.0)
@@ -3557,6 +3591,7 @@ static const volpkg__field volpkg__picture_fields[] = {
     {"name", &volpkg__string, offsetof(volpkg_picture, name), VOLPKG__NEEDED, 0, NULL},
     {"media", &volpkg__picture_medium_record_list_1_to_64, offsetof(volpkg_picture, media), VOLPKG__NEEDED, 0, NULL},
     {"mixing", &volpkg__mixing_word, offsetof(volpkg_picture, mixing), 0, VOLPKG_MIXING_ONE, NULL},
+    {"grid", &volpkg__grid_record_pointer, offsetof(volpkg_picture, grid), VOLPKG__NULLABLE, 0, NULL},
     {"drawings", &volpkg__drawing_record_list_to_16384, offsetof(volpkg_picture, drawings), 0, 0, NULL},
     {"pieces", &volpkg__pieces_record_pointer, offsetof(volpkg_picture, pieces), VOLPKG__NULLABLE, 0, NULL},
     {"on_demand", &volpkg__from_bricks_record_pointer, offsetof(volpkg_picture, on_demand), VOLPKG__NULLABLE, 0, NULL},
@@ -4085,6 +4120,8 @@ static volpkg_code volpkg__check_points(volpkg__reader* r, const volpkg_transfer
 static volpkg_code volpkg__check_records(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k;
     if (p->grid) VOLPKG__TRY(volpkg__check_grid(r, p->grid));
+    for (i = 0; i < p->pictures.count; ++i)
+        if (p->pictures.at[i].grid) VOLPKG__TRY(volpkg__check_grid(r, p->pictures.at[i].grid));
     for (i = 0; i < p->channels.count; ++i) {
         const volpkg_channel* channel = &p->channels.at[i];
         VOLPKG__TRY(volpkg__check_grid(r, &channel->source.info.grid));
@@ -5076,6 +5113,17 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
     return p->on_demand == NULL || p->grid == NULL ? VOLPKG_OK : volpkg__on_demand_rules(r, p);
 }
 
+/* Grid of level 0 of a channel: that of its own pictures, or the one of the package. */
+static const volpkg_grid* volpkg__grid_of(const volpkg_package* p, const volpkg_channel* channel) {
+    int32_t i;
+    for (i = 0; i < p->pictures.count; ++i) {
+        const volpkg_picture* picture = &p->pictures.at[i];
+        if (picture->grid && picture->mixing == VOLPKG_MIXING_ONE && volpkg__is(picture->media.at->channel, channel->name))
+            return picture->grid;
+    }
+    return p->grid;
+}
+
 static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* p) {
     int32_t i, k, axis;
     for (i = 0; i < p->channels.count; ++i)
@@ -5083,7 +5131,8 @@ static volpkg_code volpkg__level_rules(volpkg__reader* r, const volpkg_package* 
             for (axis = 0; axis < 3; ++axis) {
                 const volpkg_level* level = &p->channels.at[i].levels.at[k];
                 int64_t factor = level->factors_zyx[axis];
-                VOLPKG__RULE(level->grid.shape_zyx[axis] == (p->grid->shape_zyx[axis] + factor - 1) / factor,
+                const volpkg_grid* grid = volpkg__grid_of(p, &p->channels.at[i]);
+                VOLPKG__RULE(level->grid.shape_zyx[axis] == (grid->shape_zyx[axis] + factor - 1) / factor,
                              p->channels.at[i].name, "the shape of a level does not follow from its factors");
             }
     return VOLPKG_OK;
@@ -5683,12 +5732,14 @@ static void volpkg__environment(const volpkg_drawing* drawing, double matrix[16]
 }
 
 /* Begin a drawing of a channel with a program. */
-static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_program* program, const char* picture,
-                                         const volpkg_channel* channel, volpkg_drawing* drawing, volpkg_error* error) {
+static volpkg_code volpkg__begin_drawing(const volpkg_package* p, const volpkg_program* program,
+                                         const volpkg_picture* picture, const volpkg_channel* channel,
+                                         volpkg_drawing* drawing, volpkg_error* error) {
     memset(drawing, 0, sizeof *drawing);
     drawing->package = p;
     drawing->program = program;
-    drawing->picture = picture;
+    drawing->picture = picture->name;
+    drawing->grid = picture->grid != NULL ? picture->grid : p->grid;
     drawing->channel = channel;
     if (program->light != NULL)
         memcpy(drawing->light_mm_xyz, program->light->place_mm_xyz, sizeof drawing->light_mm_xyz);
@@ -5744,7 +5795,7 @@ static volpkg_code volpkg__draw_record(const volpkg_package* p, const volpkg_pic
     const volpkg_program* program = at_mesh ? at_mesh : volpkg__program_named(p, record->program);
     const volpkg_channel* channel = &p->channels.at[volpkg__owner(p, picture->media.at->transfer)];
     int32_t i;
-    VOLPKG__TRY(volpkg__begin_drawing(p, program, picture->name, channel, drawing, error));
+    VOLPKG__TRY(volpkg__begin_drawing(p, program, picture, channel, drawing, error));
     drawing->record = record;
     drawing->step_mm = record->step_mm;
     drawing->level = volpkg__level_of(channel, record->level);
@@ -5848,7 +5899,7 @@ volpkg_code volpkg_choose_point(const volpkg_package* package, const char* pictu
         return volpkg__cannot_draw(error, "grid", "the package has no sub-volumes around the point, which", point);
     grid = files->grid;
     program = volpkg__program_named(package, found->pieces->program);
-    VOLPKG__TRY(volpkg__begin_drawing(package, program, found->name,
+    VOLPKG__TRY(volpkg__begin_drawing(package, program, found,
                                       &package->channels.at[volpkg__owner(package, found->media.at->transfer)], drawing,
                                       error));
     drawing->step_mm = found->pieces->step_mm;
@@ -6074,8 +6125,8 @@ static const volpkg__view_direction volpkg__views[] = {{"anterior", {0, 1, 0}, {
                                                        {"posterior-left", {-0.8, -1, 0.6}, {0, 0, 1}},
                                                        {NULL, {0, 0, 0}, {0, 0, 0}}};
 
-volpkg_code volpkg_view(const volpkg_package* package, const char* view, double aspect, double box_from_clip[16]) {
-    const volpkg_grid* grid = package->grid;
+volpkg_code volpkg_view(const volpkg_package* package, const volpkg_grid* grid, const char* view, double aspect,
+                        double box_from_clip[16]) {
     const volpkg__view_direction* each;
     double forward[3], right[3], up[3], eye_from_world[16], clip_from_eye[16], centre[3], diagonal = 0, focus, near_mm,
                                                                                           far_mm, slope;
@@ -6140,7 +6191,7 @@ int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[
     for (corner = 0; corner < 8; ++corner) {
         for (axis = 0; axis < 3; ++axis) { /* the vertex shader moves the border by a voxel, 4 units */
             double margin = 4 * drawing->mesh->box_from_mesh_mm_xyz[axis];
-            at[axis] = corner >> axis & 1 ? drawing->package->grid->extent_mm_zyx[2 - axis] + 2 * margin : -margin;
+            at[axis] = corner >> axis & 1 ? drawing->grid->extent_mm_zyx[2 - axis] + 2 * margin : -margin;
         }
         if (fabs(m[2] * at[0] + m[6] * at[1] + m[10] * at[2] + m[14]) >
             m[3] * at[0] + m[7] * at[1] + m[11] * at[2] + m[15])
@@ -6151,7 +6202,7 @@ int volpkg_planes_cut(const volpkg_drawing* drawing, const double box_from_clip[
 
 /* The place of the light in box space. */
 static void volpkg__light_mm(const volpkg_drawing* drawing, double light_mm[3]) {
-    const volpkg_grid* grid = drawing->package->grid;
+    const volpkg_grid* grid = drawing->grid;
     double corner[3];
     int axis, row;
     volpkg__corner(grid, corner);
@@ -6190,6 +6241,18 @@ int32_t volpkg_uniform(const volpkg_drawing* drawing, const volpkg_uniform_recor
             break;
         case VOLPKG_UNIFORM_SOURCE_BLOCKS_FROM_BOX:
             volpkg__copy_value(drawing, VOLPKG_VALUE_SOURCE_BLOCKS_FROM_BOX, found);
+            break;
+        case VOLPKG_UNIFORM_SOURCE_MEDIUM_0_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_MEDIUM_1_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_MEDIUM_2_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_MEDIUM_3_FROM_BOX:
+        case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_0:
+        case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_1:
+        case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_2:
+        case VOLPKG_UNIFORM_SOURCE_TEXTURE_FROM_MEDIUM_3: /* in the same order in both enums */
+            i = (int32_t)uniform->source - (int32_t)VOLPKG_UNIFORM_SOURCE_MEDIUM_0_FROM_BOX;
+            volpkg__copy_value(drawing, (volpkg_value_source)((int32_t)VOLPKG_VALUE_SOURCE_MEDIUM_0_FROM_BOX + i),
+                               found);
             break;
         case VOLPKG_UNIFORM_SOURCE_LIGHT_MM:
             volpkg__light_mm(drawing, found);
@@ -6242,7 +6305,7 @@ static void volpkg__place(const double m[16], double x, double y, double z, doub
 
 static void volpkg__extent(const volpkg_drawing* drawing, double extent[3]) {
     int i;
-    for (i = 0; i < 3; ++i) extent[i] = drawing->package->grid->extent_mm_zyx[2 - i];
+    for (i = 0; i < 3; ++i) extent[i] = drawing->grid->extent_mm_zyx[2 - i];
 }
 
 /* Unit vectors in box space: to the right of the picture, and at a right angle to it, away from the viewer. */
@@ -7381,7 +7444,7 @@ static int volpkg__is_editable(const volpkg_texture* t) {
 static void volpkg__mark(const volpkg_drawing* d, const volpkg_texture* t, const volpkg_channel* channel,
                          const volpkg_transfer_function* function, const volpkg_texture* ranges, int32_t tables,
                          const volpkg__workspace* s) {
-    const double* extent = d->package->grid->extent_mm_zyx;
+    const double* extent = d->grid->extent_mm_zyx;
     double diagonal = sqrt(extent[0] * extent[0] + extent[1] * extent[1] + extent[2] * extent[2]);
     double threshold = -log1p(-d->package->skipping->epsilon / tables) / diagonal, colour[3];
     int32_t i, entries = t->shape_zyx[2];

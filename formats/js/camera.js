@@ -226,8 +226,12 @@ export class Orbit {
     return { ...camera, eye, height: camera.height / this.zoom };
   }
 
-  /** The matrix for `Renderer.draw`. @param {number} aspect width / height of the picture */
-  boxFromClip(aspect) {
-    return boxFromClip(this.#grid, this.camera, aspect);
+  /**
+   * The matrix for `Renderer.draw`.
+   * @param {number} aspect width / height of the picture
+   * @param {Grid} [grid] of the picture; the one that it turns around if absent
+   */
+  boxFromClip(aspect, grid = this.#grid) {
+    return boxFromClip(grid, this.camera, aspect);
   }
 }

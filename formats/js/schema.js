@@ -37,8 +37,8 @@ export const SCHEMA = {
   Palette: "transfer: s; entries: *(2,256)PaletteEntry",
   PaletteEntry: "colour: 3F; extinction_per_mm: N",
   Pass: "vertex: p; fragment: p; geometry: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; sampler: s; target: =rgba8|rgba16f|rgba32f; uniforms: *Uniform; reads?: *s; size?: I~",
-  Picture: "name: s; media: *(1,)PictureMedium; mixing?: =one|sum|labels|colour; drawings?: *Drawing; pieces?: Pieces~; on_demand?: FromBricks~",
-  PictureMedium: "channel: c; transfer: s",
+  Picture: "name: s; media: *(1,)PictureMedium; mixing?: =one|sum|labels|colour; grid?: Grid~; drawings?: *Drawing; pieces?: Pieces~; on_demand?: FromBricks~",
+  PictureMedium: "channel: c; transfer: s; placed?: *(12,12)n~",
   Pieces: "program: s; textures: *s; step_mm: P",
   PlanItem: "name: s; kind?: s; channel?: c~; transfer?: s~; level?: U~; kept: b; reason: s; files?: *p; size_bytes?: B",
   Program: "name: s; sampling: =texture3d|mosaic|subvolumes|bricks|on-demand; technique?: =ray-casting|ray-casting-as-published|two-pass|two-pass-as-published|slabs|tiles|axis-slices|view-slices|view-slices-as-published; classification?: =lookup|preintegrated|palette|control-points|preclassified|colour; lighting?: =none|headlight|phong|blinn-phong; normals_from?: =volume|forward|central; light?: Light~; baked?: b; compositing?: =emission-absorption|back-to-front|maximum|minimum|average|mida|first-hit|isosurface; rays?: =box|mesh; vertex: p; fragment: p; uniforms: *Uniform; samplers: *s; geometry?: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; before?: *Pass; light_pass?: LightPass~; tiles?: Tiles~; blend?: Blend~; target?: =rgba8|rgba16f|rgba32f; slab_samples?: I~; step_mm_min?: n~; opacity_cutoff?: F~",
@@ -69,8 +69,8 @@ export const SCHEMA = {
   Tolerance: "rmse?: F; maximum?: F; flip?: F; kept_light?: F; levels?: LevelTolerance",
   TransferFunction: "name: s; points: *(1,)TransferPoint; reference_mm?: P; isovalue?: n~; intensities?: 2n~",
   TransferPoint: "value: n; colour: 3F; extinction_per_mm: N",
-  Uniform: "name: s; type: =f32|vec3f|mat4x4f; source: =box_from_clip|step_mm|texture_from_box|mipmap|blocks_from_box|block_low_mm|block_high_mm|split_voxel|low_start_voxel|low_size_voxels|high_start_voxel|high_size_voxels|clip_from_box|box_from_mesh|box_from_slices|slices|first_sample|light_mm|box_from_light|light_from_box|picture_width|picture_height|environment",
-  UniformValue: "source: =texture_from_box|mipmap|blocks_from_box; numbers: *(1,16)n",
+  Uniform: "name: s; type: =f32|vec3f|mat4x4f; source: =box_from_clip|step_mm|texture_from_box|mipmap|blocks_from_box|medium_0_from_box|medium_1_from_box|medium_2_from_box|medium_3_from_box|texture_from_medium_0|texture_from_medium_1|texture_from_medium_2|texture_from_medium_3|block_low_mm|block_high_mm|split_voxel|low_start_voxel|low_size_voxels|high_start_voxel|high_size_voxels|clip_from_box|box_from_mesh|box_from_slices|slices|first_sample|light_mm|box_from_light|light_from_box|picture_width|picture_height|environment",
+  UniformValue: "source: =texture_from_box|mipmap|blocks_from_box|medium_0_from_box|medium_1_from_box|medium_2_from_box|medium_3_from_box|texture_from_medium_0|texture_from_medium_1|texture_from_medium_2|texture_from_medium_3; numbers: *(1,16)n",
   ViewThresholds: "plus_z_below_theta?: (0.0,180.0); minus_z_above_theta?: (0.0,180.0); sideways_between_theta?: 2(0.0,180.0); plus_x_below_phi?: (0.0,180.0); minus_x_above_phi?: (0.0,180.0); y_between_phi?: 2(0.0,180.0); finer_above_pixels?: P; coarser_below_pixels?: P",
 };
 /** Roles of textures that this version knows. */

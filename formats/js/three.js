@@ -1,6 +1,7 @@
 /** A volume package as an object of three.js. */
 import * as THREE from "three";
 import { middle, worldFromBox } from "./camera.js";
+import { gridOf } from "./core/drawing.js";
 import { Picker } from "./draw/pick.js";
 import { backdropOf, freeBackdrops } from "./three/three_backdrop.js";
 import { seenBy, sightOf } from "./three/three_camera.js";
@@ -45,7 +46,6 @@ export class Volume extends THREE.Mesh {
   #three;
   #grid;
   #shared;
-  #fromBox;
   #picture = new THREE.ExternalTexture();
   #shown = new THREE.ExternalTexture();
   /** @type {Map<THREE.Camera, View>} */
@@ -72,8 +72,7 @@ export class Volume extends THREE.Mesh {
   constructor(three, grid, shared = { renderer: null, picker: null, users: 0 }) {
     const [z, y, x] = grid.extent_mm_zyx;
     const { centre, diagonal } = middle(grid);
-    const toCentre = new THREE.Matrix4().makeTranslation(-centre[0], -centre[1], -centre[2]);
-    const fromBox = toCentre.multiply(new THREE.Matrix4().fromArray(worldFromBox(grid)));
+    const fromBox = fromBoxOf(grid, centre);
     // The far faces of the box, each pixel once, also where the camera is inside.
     const geometry = new THREE.BoxGeometry(x, y, z).translate(x / 2, y / 2, z / 2).applyMatrix4(fromBox);
     const side = fromBox.determinant() > 0 ? THREE.BackSide : THREE.FrontSide;
@@ -85,7 +84,6 @@ export class Volume extends THREE.Mesh {
     this.#three = three;
     this.#grid = grid;
     this.#shared = shared;
-    this.#fromBox = fromBox;
     shared.users++;
     /** Half of the volume's diagonal, in millimetres. */
     this.radius = diagonal / 2;
@@ -95,6 +93,16 @@ export class Volume extends THREE.Mesh {
     this.onBeforeRender = (by, scene, camera) => this.#before(by, scene, camera);
     three.domElement.addEventListener("webglcontextlost", this.#lost);
     VOLUMES.set(three, (VOLUMES.get(three) ?? new Set()).add(this));
+  }
+
+  /** Grid of the picture that is drawn: that of one channel may differ from the one that the object was made for. */
+  get #drawnGrid() {
+    return this.#shared.renderer?.grid ?? this.#grid;
+  }
+
+  /** From box millimetres of that picture to the object's own space. */
+  get #fromBox() {
+    return fromBoxOf(this.#drawnGrid, middle(this.#grid).centre);
   }
 
   get #material() {
@@ -294,7 +302,7 @@ export class Volume extends THREE.Mesh {
   /** @param {THREE.Camera} camera @param {{reversed: boolean, logarithmic: boolean}} depth */
   #body(camera, depth) {
     const worldFromBox = this.matrixWorld.clone().multiply(this.#fromBox);
-    const seen = seenBy(camera, worldFromBox, [...this.#grid.extent_mm_zyx].reverse(), depth);
+    const seen = seenBy(camera, worldFromBox, [...this.#drawnGrid.extent_mm_zyx].reverse(), depth);
     return { renderer: this.renderer, seen, planes: this.#planes(worldFromBox) };
   }
 
@@ -302,7 +310,7 @@ export class Volume extends THREE.Mesh {
   #reaches(other) {
     const [mine, theirs] = [this, other].map((each) => each.matrixWorld.clone().multiply(each.#fromBox));
     const [box, whole] = [other, this].map((each) => {
-      const [z, y, x] = each.#grid.extent_mm_zyx;
+      const [z, y, x] = each.#drawnGrid.extent_mm_zyx;
       return new THREE.Box3(new THREE.Vector3(), new THREE.Vector3(x, y, z));
     });
     const shared = box.applyMatrix4(mine.invert().multiply(theirs)).intersect(whole).getSize(new THREE.Vector3());
@@ -464,6 +472,12 @@ function materialOf(side) {
   });
 }
 
+/** From box millimetres to an object's own space, whose origin is `centre`. @param {Grid} grid @param {number[]} centre */
+function fromBoxOf(grid, [x, y, z]) {
+  const toCentre = new THREE.Matrix4().makeTranslation(-x, -y, -z);
+  return toCentre.multiply(new THREE.Matrix4().fromArray(worldFromBox(grid)));
+}
+
 /**
  * A package as an object that can be added to a scene. Its coarsest level is there when the promise is fulfilled.
  * @param {THREE.WebGLRenderer} renderer
@@ -476,5 +490,5 @@ export async function loadVolume(renderer, from, options = {}) {
   if (!(/** @type {any} */ (renderer)?.isWebGLRenderer))
     throw new VolpkgError("VP7018", { problem: "loadVolume needs a THREE.WebGLRenderer" });
   const pack = from instanceof Package ? from : await openPackage(from, options);
-  return new Volume(renderer, pack.manifest.grid).start(pack, options);
+  return new Volume(renderer, gridOf(pack.manifest, options.program ?? "")).start(pack, options);
 }

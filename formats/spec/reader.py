@@ -12,12 +12,13 @@ FORMATS = {name: words for name, *words in map(str.split, NAMES.split(","))}  # 
 
 
 def choose(folder, name, level, frame):  # steps 1 and 2
-    """Return the manifest, a drawing and its program: of the default picture and the finest level for None."""
+    """Return the manifest, a drawing, its program and its grid: of the default picture and finest level for None."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     assert (manifest["format"], manifest["version"][:2], manifest["state"]) == ("volpkg", "1.", "sealed")
     picture = next(picture for picture in manifest["pictures"] if name in (None, picture["name"]))
     drawing = next(d for d in picture["drawings"] if level in (None, d["level"]) and frame == d.get("frame", 0))
-    return manifest, drawing, next(program for program in manifest["programs"] if program["name"] == drawing["program"])
+    program = next(program for program in manifest["programs"] if program["name"] == drawing["program"])
+    return manifest, drawing, program, picture.get("grid", manifest["grid"])
 
 
 def link(gl, folder, program):  # step 3
@@ -46,8 +47,7 @@ def upload(gl, folder, manifest, name):  # steps 4 and 5
     for index, mipmap in enumerate(mipmaps):
         offset, length = struct.unpack_from("<2Q", data, 80 + 24 * index)
         size = mipmap["shape_zyx"][::-1][: 3 if target == gl.TEXTURE_3D else 2]
-        image = gl.texImage3D if len(size) == 3 else gl.texImage2D
-        image(target, index, internal, *size, 0, *pixels, data[offset : offset + length])
+        getattr(gl, f"texImage{len(size)}D")(target, index, internal, *size, 0, *pixels, data[offset : offset + length])
     near = texture["filter"].upper()  # LINEAR or NEAREST
     far = f"{near}_MIPMAP_{near}" if len(mipmaps) > 1 else near
     gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, len(mipmaps) - 1)
@@ -65,7 +65,7 @@ def world_from_box(grid):  # step 7
 
 def draw(gl, folder, clip_from_world, size, picture=None, level=None, frame=0):
     """Draw one picture of width and height `size` into the framebuffer that is bound."""
-    manifest, drawing, program = choose(folder, picture, level, frame)
+    manifest, drawing, program, grid = choose(folder, picture, level, frame)
     handle = link(gl, folder, program)
     uploaded = [upload(gl, folder, manifest, name) for name in drawing["textures"]]
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer())  # step 6
@@ -73,7 +73,7 @@ def draw(gl, folder, clip_from_world, size, picture=None, level=None, frame=0):
     gl.enableVertexAttribArray(0)
     gl.vertexAttribPointer(0, 2, gl.FLOAT, False, 0, 0)
     values = {value["source"]: value["numbers"] for value in drawing["values"]} | {  # step 8
-        "box_from_clip": np.linalg.inv(clip_from_world @ world_from_box(manifest["grid"])),
+        "box_from_clip": np.linalg.inv(clip_from_world @ world_from_box(grid)),
         "step_mm": drawing["step_mm"],
     }
     gl.useProgram(handle)  # step 9

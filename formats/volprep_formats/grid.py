@@ -1,5 +1,6 @@
 """The grid of a volume: the position of each voxel's centre in the patient's space."""
 
+from collections.abc import Sequence
 from typing import Annotated, Self
 
 import numpy as np
@@ -16,6 +17,9 @@ Count = Annotated[int, Field(ge=1, le=LONGEST_AXIS)]
 Index = Annotated[int, Field(ge=0, le=LONGEST_AXIS)]
 Signed = Annotated[int, Field(ge=-LONGEST_AXIS, le=LONGEST_AXIS)]
 Vector = tuple[float, float, float]
+Row = tuple[float, float, float, float]
+Affine = tuple[Row, Row, Row]
+"""The upper three rows of a 4×4 matrix whose last row is 0, 0, 0, 1."""
 
 _THIN = 1 / 3
 _FEW_SLICES = 12
@@ -119,6 +123,51 @@ class Grid(Record):
         matrix[:3, :3] = self.direction
         matrix[:3, 3] = self.corner_mm_xyz
         return matrix
+
+
+def row_of(numbers: Sequence[float]) -> Row:
+    """Return four numbers as a row of a matrix."""
+    x, y, z, at = numbers
+    return x, y, z, at
+
+
+def box_from_box(grid: Grid, placed: Affine | None, other: Grid) -> Affine:
+    """Return the matrix from the box space of `other` to that of `grid`, whose space `placed` maps to that of `other`.
+
+    In Python's numbers, which no library rounds in another way: the matrix is written into packages.
+    """
+    to_world = _product(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)
+    return _product(inverse_of(to_world), _world_from_box(other))
+
+
+def _world_from_box(grid: Grid) -> Affine:
+    halves = [h / 2 for h in reversed(grid.spacing_mm_zyx)]
+    rows = grid.direction
+    corner = [
+        at - sum(part * half for part, half in zip(row, halves, strict=True))
+        for at, row in zip(grid.origin_mm_xyz, rows, strict=True)
+    ]
+    first, second, third = (row_of((*row, at)) for row, at in zip(rows, corner, strict=True))
+    return first, second, third
+
+
+def _product(one: Affine, other: Affine) -> Affine:
+    def row(left: Row) -> Row:
+        x, y, z, at = (sum(left[k] * other[k][column] for k in range(3)) for column in range(4))
+        return row_of((x, y, z, at + left[3]))
+
+    return row(one[0]), row(one[1]), row(one[2])
+
+
+def inverse_of(matrix: Affine) -> Affine:
+    """Return the inverse of a matrix whose columns are not in one plane."""
+    (a, b, c, x), (d, e, f, y), (g, h, i, z) = matrix
+    cofactors = ((e * i - f * h, c * h - b * i, b * f - c * e), (f * g - d * i, a * i - c * g, c * d - a * f),
+                 (d * h - e * g, b * g - a * h, a * e - b * d))  # fmt: skip
+    determinant = a * cofactors[0][0] + b * cofactors[1][0] + c * cofactors[2][0]
+    rows = [tuple(each / determinant for each in row) for row in cofactors]
+    first, second, third = (row_of((u, v, w, -(u * x + v * y + w * z))) for u, v, w in rows)
+    return first, second, third
 
 
 def blocks_along(voxels: int, cells: int) -> int:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, FiniteFloat, model_validator
 
-from volprep_formats.grid import LONGEST_AXIS, Count, Grid, Length, Signed
+from volprep_formats.grid import LONGEST_AXIS, Affine, Count, Grid, Length, Signed
 from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.record import Record
@@ -47,6 +47,8 @@ RepairKind = Literal["gaps", "tilt"]
 GreyOf = Literal["luminance", "red", "green", "blue"]
 """Conversion of three colours to the value of a voxel."""
 
+FiniteRow = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
+"""Row of a matrix."""
 Unit = Annotated[float, Field(ge=0.0, le=1.0)]
 """A number from 0 to 1."""
 ColourPart = Literal["red", "green", "blue", "opacity"]
@@ -275,6 +277,16 @@ class ChannelSpec(SourceSpec):
 
     name: ChannelName
     """Name of the channel, which transfer functions use; lower-case letters, digits, - and _."""
+    transform: tuple[FiniteRow, FiniteRow, FiniteRow, tuple[Literal[0], Literal[0], Literal[0], Literal[1]]] | None = (
+        None
+    )
+    """Registration: rows of the 4×4 matrix that takes places of this file to places of the first channel, both in
+    millimetres of the patient's space (LPS). If absent, both are in one frame of reference."""
+
+    @property
+    def affine(self) -> Affine | None:
+        """The first three rows of `transform`."""
+        return None if self.transform is None else self.transform[:3]
 
     @model_validator(mode="after")
     def _has_no_channels_of_its_own(self) -> Self:

@@ -198,7 +198,7 @@ static void print_views(const volpkg_package* package) {
     int i;
     printf(",\"views\":{");
     for (each = volpkg__views; each->name != NULL; ++each) {
-        if (volpkg_view(package, each->name, 1.5, matrix)) exit(1);
+        if (volpkg_view(package, package->grid, each->name, 1.5, matrix)) exit(1);
         printf("%s\"%s\":[", each == volpkg__views ? "" : ",", each->name);
         for (i = 0; i < 16; ++i) printf("%s%.17g", i ? "," : "", matrix[i]);
         printf("]");

@@ -103,7 +103,7 @@ static void use_drawing(const volpkg_drawing* drawing) {
     double box_from_clip[16];
     float value[16];
     int32_t i, k;
-    if (volpkg_view(drawing->package, "anterior-left", 1.5, box_from_clip)) return;
+    if (volpkg_view(drawing->package, drawing->grid, "anterior-left", 1.5, box_from_clip)) return;
     use_frame(drawing, box_from_clip);
     use_segments(drawing);
     if (drawing->level) use_edit(drawing);
@@ -148,7 +148,7 @@ static void use_slices(const volpkg_package* package, const char* transfer, volp
         if (!volpkg_slice_texels(&drawing, t, texels, (size_t)t->texel_bytes)) touch(texels, t->texel_bytes);
         free(texels);
     }
-    if (volpkg_view(package, "anterior-left", 1.5, box_from_clip) ||
+    if (volpkg_view(package, package->grid, "anterior-left", 1.5, box_from_clip) ||
         volpkg_begin_slices(&drawing, box_from_clip, &frame, error))
         return;
     while ((number = volpkg_next_slice(&frame, corners)) >= 0) touch(corners, sizeof corners);

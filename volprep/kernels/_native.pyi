@@ -995,15 +995,16 @@ def render_oracle_sum(
     slopes: Sequence[float],
     intercepts: Sequence[float],
     points: Sequence[NDArray[float64]],
-    spacing_mm_xyz: Sequence[float],
-    extent_mm_xyz: Sequence[float],
+    spacings_mm_xyz: Sequence[Sequence[float]],
+    extents_mm_xyz: Sequence[Sequence[float]],
+    own_from_box: NDArray[float64],
     box_from_clip: NDArray[float64],
     tolerance: float,
     rgba: NDArray[float64],
     bound: NDArray[float64],
     threads: int = 0,
 ) -> None:
-    """Write the picture of several volumes on one grid and a bound on the error of each pixel.
+    """Write the picture of several volumes, each on a grid of its own, and a bound on the error of each pixel.
 
     For each pixel the integral of sum(c_i tau_i) exp(-optical depth) along its ray and 1 - exp(-optical depth), where
     the optical depth is the integral of sum(tau_i), exact up to `bound` for the trilinear fields of the voxels and the
@@ -1012,14 +1013,16 @@ def render_oracle_sum(
     Parameters
     ----------
     volumes
-        1 to 16 arrays [z, y, x] of one shape and one type: uint8, int16, uint16 or float32, finite.
+        1 to 16 arrays [z, y, x] of one type: uint8, int16, uint16 or float32, finite.
     slopes, intercepts
         Of each volume: physical = slope * stored + intercept.
     points
         Of each volume: float64 [n, 5], control points of its transfer function: value, linear RGB not negative,
         extinction not negative. Values ascend; two points at one value make a jump.
-    spacing_mm_xyz, extent_mm_xyz
-        Distance of voxel centres; size of the box. Voxel 0 lies half a spacing inside the box's corner.
+    spacings_mm_xyz, extents_mm_xyz
+        Of each volume: distance of voxel centres; size of its box. Voxel 0 lies half a spacing inside the box's corner.
+    own_from_box
+        float64 [n, 3, 4], of each volume: from the camera's box space to its own; outside of its box it is empty.
     box_from_clip
         float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
     tolerance

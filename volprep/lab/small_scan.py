@@ -53,7 +53,7 @@ def write_scan(
 
     Return the source that reads it, and the number of voxels along each axis that one mean covers.
     """
-    with opened_channel("scan", spec, None, progress) as source:
+    with opened_channel(spec, progress) as source:
         voxels = int(np.prod(source.info.grid.shape_zyx))
         factor = max(1, int(np.ceil((voxels / (most_voxels or MOST_VOXELS)) ** (1 / 3) - 1e-6)))
         progress.start("scan for variants", -(-source.info.grid.shape_zyx[0] // factor))
@@ -63,7 +63,7 @@ def write_scan(
 
 def read_scan(spec: SourceSpec, light: Normals) -> Volume:
     """Read a whole scan; `light` is its lighting."""
-    with opened_channel("scan", spec, None, Silent()) as source:
+    with opened_channel(spec, Silent()) as source:
         info = source.info
         stored = source.read_slab(0, info.grid.shape_zyx[0])
     return Volume(np.ascontiguousarray(stored), info.grid, info.slope, info.intercept, bool(spec.labels), light)

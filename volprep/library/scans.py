@@ -71,7 +71,7 @@ def read_scan(
         VP9010 for a choice that a source cannot have, VP1xxx and VP2xxx for a scan that cannot be read.
     """
     watcher = progress or Silent()
-    with opened_channel("scan", source_of(Path(path), choices), None, watcher) as source:
+    with opened_channel(source_of(Path(path), choices), watcher) as source:
         return _in_memory(source, watcher)
 
 

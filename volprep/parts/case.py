@@ -12,7 +12,7 @@ from volprep.scan.segments.record import FoundSegments, VoxelBox
 from volprep.scan.slabs import RawVolume
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Affine, Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
@@ -47,6 +47,8 @@ class Case:
     """Part of the source that becomes level 0."""
     grid: Grid
     """Grid of level 0."""
+    placed: Affine | None = None
+    """Matrix from the space of the scan to that of the first channel, if the scene has one."""
     neighbours: tuple[Neighbour, ...] = ()
     """Textures and memory of parts, beside the texture of a level."""
     classifications: tuple[ClassificationName, ...] = ()
@@ -100,6 +102,8 @@ class Case:
     def plan(self, shared: Shared) -> ChannelPlan:
         """Return the plan of the channel, as far as it has been decided."""
         layout, tables, packed = self.layout, self.part(Tables) or Tables(), self.part(Packed)
+        if self.grid != shared.grid:
+            shared = shared.model_copy(update={"crop": self.crop, "grid": self.grid})
         plan = ChannelPlan(
             channel=self.channel,
             shared=shared,

@@ -16,7 +16,4 @@ def source_field(draft: Draft, view: Manifest) -> Volume:
     raw = source_volume(draft, channel.name)
     stored: NDArray[np.generic] = np.memmap(raw.path, raw.dtype.newbyteorder("<"), "r", shape=raw.shape_zyx)
     info = channel.source.info
-    # Of several channels the first says where the voxels are, as in the package; all are registered with it.
-    return Volume(
-        stored, draft.manifest.source.info.grid, info.slope, info.intercept, holds_labels(view), light_of_scan(view)
-    )
+    return Volume(stored, info.grid, info.slope, info.intercept, holds_labels(view), light_of_scan(view))

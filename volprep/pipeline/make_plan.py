@@ -1,6 +1,7 @@
 """Make the plan of a package: what its channels have in common is decided once, the rest for each.
 
-All channels have one crop, because they have one box, and one step and one early end of rays.
+All channels have one step and one early end of rays; those on the grid of the first one also have one crop, because
+they have one box.
 """
 
 import math
@@ -32,7 +33,7 @@ from volprep_formats.package.manifest import PlanItem, RenderSettings
 from volprep_formats.package.picture import SeriesFrame
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import RaySampling
-from volprep_formats.source import SourceInfo
+from volprep_formats.source import ChannelSpec, SourceInfo
 
 _PREVIEW = PlanItem(
     name="preview",
@@ -77,9 +78,7 @@ def make_plan(
     scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
     cases = _cases(scene, profile, scanned, segments, labels)
     cases = [replace(case, classifications=kinds if wanted == "auto" else ()) for case in cases]
-    crop = _common_crop(scene, cases)
-    grid = scanned[0].info.grid.part(crop.start_zyx, crop.stop_zyx)
-    cases = [with_rays(replace(case, crop=crop, grid=grid)) for case in cases]
+    cases = [with_rays(each) for each in _cropped(scene, cases)]
     for part in parts_of(profile):
         cases = [*part.measure(cases, lambda tried: _joined(scene, tried))]
     joint = _joined(scene.with_classification(cases[0].scene.render.decided_classification), cases)
@@ -132,6 +131,7 @@ def _cases(
             functions=resolved_functions(own, found.info, found.measured),
             crop=CropPlan(start_zyx=(0, 0, 0), stop_zyx=found.info.grid.shape_zyx),
             grid=found.info.grid,
+            placed=channel.spec.affine if isinstance(channel.spec, ChannelSpec) else None,
             neighbours=tuple(part.beside for part in parts if part.beside is not None),
             whole=found.whole,
             voxels=found.voxels,
@@ -168,6 +168,17 @@ def _joined(scene: Scene, cases: Sequence[Case]) -> Joint:
 
 def _items(case: Case, plan: ChannelPlan) -> list[PlanItem]:
     return [item for part in parts_of(case.profile) for item in part.items(plan, case)]
+
+
+def _cropped(scene: Scene, cases: Sequence[Case]) -> list[Case]:
+    """Return the channels without the border that none of those on the same grid shows."""
+    of_grid = {case.info.grid: [each for each in cases if each.info.grid == case.info.grid] for case in cases}
+    crops = {grid: _common_crop(scene, each) for grid, each in of_grid.items()}
+    found = []
+    for case in cases:
+        crop = crops[case.info.grid]
+        found.append(replace(case, crop=crop, grid=case.info.grid.part(crop.start_zyx, crop.stop_zyx)))
+    return found
 
 
 def _common_crop(scene: Scene, cases: Sequence[Case]) -> CropPlan:

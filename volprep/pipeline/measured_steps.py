@@ -30,7 +30,10 @@ def with_measured_steps(drafts: Sequence[Draft], plan: Plan) -> Plan:
     if not measured:
         return plan
     shared = plan.shared.model_copy(update={"rays": _rays(plan, measured)})
-    channels = tuple(channel.model_copy(update={"shared": shared}) for channel in plan.channels)
+    channels = tuple(
+        channel.model_copy(update={"shared": channel.shared.model_copy(update={"rays": shared.rays})})
+        for channel in plan.channels
+    )
     items = tuple(_described(item, measured, shared.rays) for item in plan.items)
     return plan.model_copy(update={"shared": shared, "channels": channels, "items": items})
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from volprep.pipeline.colour_look import IN_COLOUR, in_colour
-from volprep.scan.channels import opened_channel
+from volprep.scan.channels import FirstChannel, grid_in_common, opened_channel
 from volprep.scan.colour_parts import is_one_source, opened_colours
 from volprep.scan.frames import frames_of, require_same_voxels
 from volprep.scan.import_segments import SegmentSource
@@ -55,7 +55,7 @@ class Prepared:
         Raises VP1342 for a frame with other voxels than the first one, and the errors of the reader.
         """
         for number, (spec, _) in enumerate(self.frames[1:], 2):
-            with opened_channel(self.channels[0].name, spec, None, progress) as source:
+            with opened_channel(spec, progress) as source:
                 require_same_voxels(spec.path, number, source.info, first)
                 yield source
 
@@ -80,10 +80,10 @@ class Prepared:
     def sources(
         self, progress: Progress, folder: Path | None = None
     ) -> Iterator[tuple[SceneChannel, SourceInfo, VolumeSource]]:
-        """Open one channel after the other; its voxels have the grid of the first one.
+        """Open one channel after the other, on the grid of the first one or on its own.
 
         With `folder`, which holds a temporary file, colours are decoded once for all channels, if each is read from
-        its first slice on. Raises VP1240 for a channel whose voxels lie elsewhere, and the errors of the reader.
+        its first slice on. Raises VP1240 for a channel in another space, and the errors of the reader.
         """
         specs = [channel.spec for channel in self.channels]
         if folder is not None and is_one_source(specs):
@@ -91,12 +91,15 @@ class Prepared:
                 for channel, part in zip(self.channels, parts, strict=True):
                     yield channel, part.info, part
             return
-        first: SourceInfo | None = None
+        first: FirstChannel | None = None
         for channel in self.channels:
-            registered = None if first is None else (self.channels[0].name, first.grid)
-            with opened_channel(channel.name, channel.spec, registered, progress) as source:
-                info = source.info if first is None else source.info.model_copy(update={"grid": first.grid})
-                first = first or info
+            with opened_channel(channel.spec, progress) as source:
+                info = source.info
+                if first is None:
+                    first = FirstChannel(channel.name, channel.spec, info)
+                else:
+                    grid = grid_in_common(channel.name, channel.spec, info, first, progress)
+                    info = info.model_copy(update={"grid": grid})
                 yield channel, info, source
 
     def after(self, error: VolprepError) -> "Prepared":

@@ -23,7 +23,7 @@ def preview_png(package: Package) -> bytes:
     """
     manifest = package.manifest
     projection = manifest.render.projection if manifest.render else "orthographic"
-    grid = manifest.levels[0].grid
+    grid = manifest.box
     camera = standard_views(grid, projection)[widest_view(grid)]
     with renderer_of(package) as renderer:
         step_mm = _step_mm(renderer)

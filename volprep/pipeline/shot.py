@@ -20,6 +20,7 @@ from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.output import write_file
+from volprep_formats.package.channel_packages import package_of_transfer
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.png import png_bytes, require_png_place
@@ -79,8 +80,8 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     Raises the errors of `Package.open`, `renderer_of`, `load_edit` and `hybrid_picture`, VP5020 and VP5022 for an
     impossible camera.
     """
-    package = Package.open(package_path, frame=shot.frame)
-    grid = package.manifest.levels[0].grid
+    package = package_of_transfer(Package.open(package_path, frame=shot.frame), shot.transfer)
+    grid = package.manifest.box
     height, width = shot.shape_hw
     camera = camera_of(package.manifest, shot)
     with _renderer(package, shot) as renderer:
@@ -131,7 +132,7 @@ def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:
 
 def camera_of(manifest: Manifest, shot: Shot) -> Camera:
     """Return the camera of a picture. Raises VP5020 and VP5022 for an impossible one."""
-    grid = manifest.levels[0].grid
+    grid = manifest.box
     projection = manifest.render.projection if manifest.render else "orthographic"
     if shot.eye_mm_xyz is not None:
         return view_from(grid, shot.eye_mm_xyz, projection)

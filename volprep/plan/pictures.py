@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 
+from volprep.plan.products import TogetherPlan
 from volprep.plan.records import ChannelPlan, Plan
+from volprep_formats.grid import Grid
 from volprep_formats.package.picture import Picture, PictureMedium
 
 
@@ -13,11 +15,22 @@ def pictures_of(plan: Plan) -> tuple[Picture, ...]:
     if joint is not None:
         media = [_medium(channel, name) for channel, name in zip(plan.drawn_together, joint.transfers, strict=True)]
         found.append(Picture(name=joint.name, media=tuple(media), mixing=joint.mixing))
+        if isinstance(joint, TogetherPlan) and joint.grid is not None:
+            found[0] = _on_grids(found[0], joint, joint.grid)
     covered = () if joint is None else joint.transfers
     for channel in plan.channels:
         names = _alone(channel, covered)
-        found += [Picture(name=name, media=(_medium(channel, name),)) for name in names]
+        grid = None if channel.grid == plan.shared.grid else channel.grid
+        found += [Picture(name=name, media=(_medium(channel, name),), grid=grid) for name in names]
     return tuple(found)
+
+
+def _on_grids(picture: Picture, plan: TogetherPlan, grid: Grid) -> Picture:
+    media = [
+        medium if placed is None else medium.model_copy(update={"placed": tuple(x for row in placed for x in row)})
+        for medium, placed in zip(picture.media, plan.placed, strict=True)
+    ]
+    return picture.model_copy(update={"grid": grid, "media": tuple(media)})
 
 
 def _medium(channel: ChannelPlan, transfer: str) -> PictureMedium:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from volprep.scene.scene import DracoWish, LightFactor
-from volprep_formats.grid import Count
+from volprep_formats.grid import Affine, Count, Grid
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane
@@ -286,6 +286,10 @@ class TogetherPlan(Record):
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what all channels leave empty, where enough is."""
+    grid: Grid | None = None
+    """Grid whose box holds all channels, where they lie on several grids."""
+    placed: tuple[Affine | None, ...] = ()
+    """Registration of each channel there, in the order of `transfers`."""
 
     @property
     def mixing(self) -> Mixing:

@@ -195,7 +195,7 @@ class ChannelPlan(Record):
     channel: ChannelName
     """Name of the channel."""
     shared: Shared
-    """Settings that it shares with the other channels."""
+    """Settings that it shares with the other channels; crop and grid are its own if it has a grid of its own."""
     transfer_functions: tuple[TransferFunction, ...]
     """Transfer functions of its values, the default one first."""
     quantize: QuantizePlan
@@ -286,7 +286,7 @@ class Plan(Record):
     """All that the stages of a package need to know, and the reasons."""
 
     shared: Shared
-    """Settings that all channels share."""
+    """Settings that all channels share; grid and crop are those of the first channel."""
     channels: Annotated[tuple[ChannelPlan, ...], Field(min_length=1)]
     """The plan of each channel, the default one first."""
     together: TogetherPlan | None = None

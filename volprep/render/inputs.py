@@ -64,11 +64,18 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
     program = manifest.picture_program(drawing.program, shown)
     textures = [by_name[name] for name in drawing.textures]
     values: dict[str, ArrayLike] = {
-        **{value.source: value.numbers if len(value.numbers) > 1 else value.numbers[0] for value in drawing.values},
+        **{value.source: _number(value.numbers) for value in drawing.values},
         **light_values(program, drawn),
         **environment_values(textures),
     }
     return Inputs(program, drawn, textures, values, drawing.step_mm)
+
+
+def _number(numbers: Sequence[float]) -> ArrayLike:
+    """Return the value of a uniform: a number, a vector, or a matrix that is listed column by column."""
+    if len(numbers) == 16:
+        return np.array(numbers).reshape(4, 4).T
+    return numbers if len(numbers) > 1 else numbers[0]
 
 
 def light_values(program: Program, level: Level) -> dict[str, ArrayLike]:

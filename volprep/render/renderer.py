@@ -435,7 +435,7 @@ class Renderer:
 
     @property
     def _extent_mm_xyz(self) -> Float64Array:
-        return np.array(self._package.manifest.levels[0].grid.extent_mm_zyx[::-1])
+        return np.array(self._package.manifest.box.extent_mm_zyx[::-1])
 
     def draws_step(self, step_mm: float) -> bool:
         """Return whether rays can take samples so far apart. Call it in an open renderer."""

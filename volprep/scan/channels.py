@@ -1,7 +1,8 @@
-"""Channels of a scan: opened one by one, and refused if their grid differs from that of the first."""
+"""Channels of a scan: opened one by one, on the grid of the first one, or on a grid of their own in the same space."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -14,24 +15,35 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_source
-from volprep_formats.source import SourceSpec, VolumeSource
+from volprep_formats.source import ChannelSpec, SourceInfo, SourceSpec, VolumeSource
 
 REGISTERED_VOXELS = 0.01
 """Corners of two channels may lie apart by this part of the smallest spacing. Programs that resample one volume onto
 the grid of another write its affine in single precision, which is a thousandth of a voxel off at most."""
 
 
-@contextmanager
-def opened_channel(
-    name: str, spec: SourceSpec, first: tuple[str, Grid] | None, progress: Progress
-) -> Iterator[VolumeSource]:
-    """Open a channel; `first` is the name and grid of the one that it must be registered with.
+_PLACED = frozenset({"dicom", "nifti", "nrrd", "metaimage", "mgh", "minc", "mrtrix"})
+"""Formats whose files say where the voxels are in the patient's space."""
+_UID_ENDING = 16
+"""Digits of a UID in a message."""
 
-    Raises VP1240 when its voxels lie elsewhere, and the errors of the reader.
-    """
+
+@dataclass(frozen=True)
+class FirstChannel:
+    """The channel whose space is that of the package."""
+
+    name: str
+    """Its name."""
+    spec: SourceSpec
+    """Its source."""
+    info: SourceInfo
+    """Header of its source."""
+
+
+@contextmanager
+def opened_channel(spec: SourceSpec, progress: Progress) -> Iterator[VolumeSource]:
+    """Open a channel. Raises the errors of the reader, and VP1287 and VP3026 as `_meant` does."""
     with _meant(spec, progress) as source:
-        if first is not None:
-            check_registered(name, spec, source.info.grid, *first)
         yield source
 
 
@@ -56,10 +68,37 @@ def _meant(spec: SourceSpec, progress: Progress) -> VolumeSource:
         return source
 
 
-def check_registered(name: str, spec: SourceSpec, grid: Grid, first_name: str, first: Grid) -> None:
-    """Raise VP1240 unless both grids have the same voxels, within REGISTERED_VOXELS at the corners."""
-    if difference := _difference(grid, first):
-        raise VolprepError("VP1240", path=spec.path, name=name, first=first_name, difference=difference)
+def grid_in_common(name: str, spec: SourceSpec, info: SourceInfo, first: FirstChannel, progress: Progress) -> Grid:
+    """Return the grid of a channel: that of the first one if both have the same voxels, else its own.
+
+    Voxels are the same within REGISTERED_VOXELS at the corners. Raises VP1240 for another grid in a space that is not
+    known to be that of the first channel.
+    """
+    if isinstance(spec, ChannelSpec) and spec.transform is not None:
+        return info.grid
+    difference = _difference(info.grid, first.info.grid)
+    if not difference:
+        return first.info.grid
+    if problem := _other_space(spec, info, first, progress):
+        told = f"{difference}, and {problem}"
+        raise VolprepError("VP1240", path=spec.path, name=name, first=first.name, difference=told)
+    return info.grid
+
+
+def _other_space(spec: SourceSpec, info: SourceInfo, first: FirstChannel, progress: Progress) -> str:
+    """Say why two channels are not known to lie in one space; nothing if they do."""
+    unplaced = [each.format for each in (info, first.info) if each.format not in _PLACED]
+    if unplaced:
+        return f"{unplaced[0]} files do not say where voxels lie"
+    if {info.format, first.info.format} != {"dicom"}:
+        return ""
+    from volprep_formats.readers.dicom.frame import frame_of_scan  # noqa: PLC0415 - which loads pydicom
+
+    own, other = (frame_of_scan(each, progress).uid for each in (spec, first.spec))
+    if own and own == other:
+        return ""
+    texts = [f"…{uid[-_UID_ENDING:]}" if uid else "none" for uid in (own, other)]
+    return f"their frames of reference are {texts[0]} and {texts[1]}"
 
 
 def _difference(grid: Grid, first: Grid) -> str:

@@ -372,6 +372,9 @@ class TogetherSettings(Record):
     """Name of the picture."""
     transfers: tuple[str, ...] = ()
     """Transfer functions that are drawn together, each of another channel. If absent: the first one of each channel."""
+    box: Literal["all", "first"] = "all"
+    """Box of the picture if channels lie on several grids: around what "all" channels show, or only what the "first"
+    one shows, as for a scan with a veil that reaches beyond it."""
 
 
 class Scene(Record):

@@ -107,13 +107,13 @@ def compose_program(
 
     Without `ends_early` rays run to their end; without `skips` they look at no skip table.
     """
-    grid = package.manifest.grid
+    own = package_of_transfer(package, program.transfer)
+    grid = own.manifest.grid
     if grid is None:
         msg = "a package without a grid has no programs"
         raise ValueError(msg)
     dialect = package.manifest.profile.dialect
     walk = WALKS[program.technique](TechniqueInput(program, grid, dialect, rays.step_of(min(program.levels))))
-    own = package_of_transfer(package, program.transfer)
     features = [
         walk.feature,
         *_features(own, program, grid, skips=skips and walk.loops, groups=_groups(own, program, rays, walk)),

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
+from volprep_formats.package.picture import PLACES
 from volprep_formats.package.program import Sampler, Uniform
 
 
@@ -36,6 +37,39 @@ def sampling_apart(transfers: Sequence[str], *, mipmaps: bool) -> Feature:
         Sampler(name=f"u_volume_{index}", role="volume", transfer=transfer) for index, transfer in enumerate(transfers)
     )
     return _feature(textures, samplers, mipmaps)
+
+
+def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequence[float]]) -> Feature:
+    """Return how channels are read that lie on several grids: each at places of its own along the ray.
+
+    `transfers` are their transfer functions, `extents_mm_zyx` the sizes of their boxes.
+    """
+    numbers = range(len(transfers))
+    apart = sampling_apart(transfers, mipmaps=False)
+    places = [
+        Instance("sampling/grids:place", {"OF": f"_{number}", "EXTENT_MM": literal(*extent_mm_zyx[::-1])})
+        for number, extent_mm_zyx in enumerate(extents_mm_zyx)
+    ]
+    begun = [Instance("sampling/grids:start", {"OF": f"_{number}"}) for number in numbers]
+    textures = apart.slots["sampling"]
+    assert isinstance(textures, tuple)  # noqa: S101 - a place, and one texture for each channel
+    uniforms = [
+        uniform
+        for number in numbers
+        for uniform in (
+            Uniform(name=f"u_medium_{number}_from_box", type="mat4x4f", source=PLACES[number][0]),
+            Uniform(name=f"u_texture_from_medium_{number}", type="vec3f", source=PLACES[number][1]),
+        )
+    ]
+    return replace(
+        apart,
+        slots={
+            "sampling": (Instance("sampling/grids"), *places, *textures[1:]),
+            "classification_start": tuple(begun),
+        },
+        uniforms=tuple(uniforms),
+        offers={"POSITION_PER_MM": "vec3(1.0)"},
+    )
 
 
 def _texture(suffix: str, component: str | None, *, mipmaps: bool) -> Instance:

@@ -26,6 +26,8 @@ def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign)
     level = min(program.levels)
     channel_of = {medium.transfer: medium.channel for medium in picture.media}
     transfers = [*channel_of]
+    if picture.grid is not None:
+        return _on_grids(manifest, program, channel_of)
     first = _volume(manifest, channel_of[transfers[0]], level)
     held = first.channels
     mipmaps = first.mipmap is not None
@@ -47,6 +49,14 @@ def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign)
     return replace(sampling, samplers=samplers), _added(manifest, program, values, packed=True)
 
 
+def _on_grids(manifest: Manifest, program: ProgramDesign, channel_of: Mapping[str, str]) -> tuple[Feature, Feature]:
+    grids = [manifest.grid_of(channel) for channel in channel_of.values()]
+    extents = [grid.extent_mm_zyx for grid in grids if grid is not None]
+    sampling = raycast_texture3d.sampling_on_grids([*channel_of], extents)
+    added = _added(manifest, program, dict.fromkeys(channel_of, ""), packed=False, on_grids=True)
+    return sampling, replace(added, slots={**added.slots, **sampling.slots})
+
+
 def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
     return next(
         texture
@@ -59,8 +69,13 @@ def _of_transfer(samplers: Iterable[Sampler], transfer: str) -> tuple[Sampler, .
     return tuple(Sampler(name=each.name, role=each.role, transfer=transfer, part=each.part) for each in samplers)
 
 
-def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool) -> Feature:
-    """Classify the value of each transfer function, and add the results."""
+def _added(
+    manifest: Manifest, program: ProgramDesign, values: Mapping[str, str], *, packed: bool, on_grids: bool = False
+) -> Feature:
+    """Classify the value of each transfer function, and add the results.
+
+    Channels that lie `on_grids` of their own have no values at a common place.
+    """
     if program.classification == "colour":
         return _coloured(manifest, [*values])
     classify: list[Instance] = []
@@ -73,7 +88,8 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
         part = own.slots["classification"]
         assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance
         classify += part
-        add.append(Instance("classification/together:channel", {"OF": suffix, "VALUE": value}))
+        words = {"OF": suffix} if on_grids else {"OF": suffix, "VALUE": value}
+        add.append(Instance(f"classification/together:{'on_grids' if on_grids else 'channel'}", words))
         samplers += _of_transfer(own.samplers, transfer)
     return Feature(
         slots={
@@ -83,7 +99,8 @@ def _added(manifest: Manifest, program: ProgramDesign, values: Mapping[str, str]
             "voxel": "classification/together:voxel" if packed else None,
             "sum": tuple(add),
         },
-        offers={"MEDIUM": "classify_together(start + stride * i)"},
+        words={"AT": "float i" if on_grids else "vec3 at"},
+        offers={"MEDIUM": f"classify_together({'i' if on_grids else 'start + stride * i'})"},
         samplers=tuple(samplers),
     )
 

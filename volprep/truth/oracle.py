@@ -17,7 +17,7 @@ from volprep.kernels import _native
 from volprep.truth.lit import native_normals
 from volprep.truth.volume import Medium, Volume, require_field
 from volprep_formats.arrays import Float64Array
-from volprep_formats.grid import Vector
+from volprep_formats.grid import Grid, Vector
 from volprep_formats.package.transfer_function import TransferFunction
 
 DEFAULT_TOLERANCE = 1e-6
@@ -114,32 +114,45 @@ def oracle_of_media(
     shape_hw: tuple[int, int],
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> OraclePicture:
-    """Draw several volumes on one grid into one picture: extinctions add, and each gives light as its extinction does.
+    """Draw several volumes into one picture: extinctions add, and each gives light as its extinction does.
 
-    The integral of Σ c τ exp(-∫ Σ τ), with a bound as `oracle_picture` gives it. Errors as there.
+    Each volume lies on its grid, and is empty beyond it; `box_from_clip` leads to the box of the first one. Gives the
+    integral of Σ c τ exp(-∫ Σ τ), with a bound as `oracle_picture` gives it. Errors as there.
     """
     volumes = [medium.volume for medium in media]
-    grid = volumes[0].grid
     types = {volume.stored.dtype for volume in volumes}
     # float32 holds each value of the other types.
     kind = types.pop() if len(types) == 1 else np.dtype(np.float32)
     fields = [np.ascontiguousarray(volume.stored, kind) for volume in volumes]
-    for field in fields:
-        require_field(field, grid)
+    for field, volume in zip(fields, volumes, strict=True):
+        require_field(field, volume.grid)
     picture = OraclePicture(rgba=np.empty((*shape_hw, 4)), bound=np.empty(shape_hw))
     _native.render_oracle_sum(
         fields,
         [volume.slope for volume in volumes],
         [volume.intercept for volume in volumes],
         [function_rows(medium.transfer_function) for medium in media],
-        grid.spacing_mm_zyx[::-1],
-        grid.extent_mm_zyx[::-1],
+        [volume.grid.spacing_mm_zyx[::-1] for volume in volumes],
+        [volume.grid.extent_mm_zyx[::-1] for volume in volumes],
+        np.stack([_own_from_box(medium, volumes[0].grid) for medium in media]),
         np.ascontiguousarray(box_from_clip, dtype=np.float64),
         tolerance,
         picture.rgba,
         picture.bound,
     )
     return picture
+
+
+def _own_from_box(medium: Medium, first: Grid) -> Float64Array:
+    """Return the matrix [3, 4] from the box of the first volume to that of a medium."""
+    grid = medium.volume.grid
+    if grid == first and medium.placed is None:
+        return np.eye(3, 4)
+    to_world: Float64Array = grid.world_from_box
+    if medium.placed is not None:
+        to_world = np.array([*medium.placed, (0.0, 0.0, 0.0, 1.0)]) @ to_world
+    matrix: Float64Array = np.linalg.solve(to_world, first.world_from_box)
+    return matrix[:3]
 
 
 def function_rows(function: TransferFunction) -> Float64Array:

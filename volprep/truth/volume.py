@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from volprep.truth.lit import Normals
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Affine, Grid
 from volprep_formats.package.transfer_function import TransferFunction
 
 
@@ -37,6 +37,8 @@ class Medium:
     """The values."""
     transfer_function: TransferFunction
     """Extinction and colour over physical values. At a jump the value itself belongs to the side above."""
+    placed: Affine | None = None
+    """Registration: matrix from the space of the volume's grid to that of the picture; None if the two are the same."""
 
 
 def require_field(stored: NDArray[np.generic], grid: Grid) -> None:

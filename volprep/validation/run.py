@@ -13,6 +13,7 @@ from volprep.pipeline.origin import read_origin
 from volprep.pipeline.remarks import warnings
 from volprep.plan.form_trial import FormTrial
 from volprep.plan.level_choice import LevelChoice
+from volprep.scene.channels import drawn_channels
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.oracle import DEFAULT_TOLERANCE
 from volprep.validation.bench import Bench
@@ -55,7 +56,7 @@ from volprep.vtk.layouts import draw_figure
 from volprep.vtk.process import has_pyvista
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.installation import generator
-from volprep_formats.package.channel_packages import channel_packages
+from volprep_formats.package.channel_packages import channel_packages, package_of_transfer
 from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.picture import Picture
@@ -64,6 +65,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.progress import Progress
+from volprep_formats.source import ChannelSpec
 
 
 def measure_package(
@@ -93,7 +95,7 @@ def measure_package(
         whole = _judged(package, derived.manifest, found.scene.tolerance)
         package = whole.at_frame(0)
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
-        subjects = [*_together(package, channels), *_labelled(package, derived, size), *channels.values()]
+        subjects = [*_together(package, channels, found), *_labelled(package, derived, size), *channels.values()]
         subject = subjects[0]
         benches = [Bench(each, folder, clock, progress) for each in subjects]
         try:
@@ -184,13 +186,17 @@ def _with_previews(picture: Picture, previews: Mapping[tuple[str, int], bool | N
     return picture.model_copy(update={"drawings": drawings})
 
 
-def _together(package: Package, channels: Mapping[str, Subject]) -> Iterator[Subject]:
+def _together(package: Package, channels: Mapping[str, Subject], found: Judge) -> Iterator[Subject]:
     """Return the subject of the picture of several channels, if there is one."""
+    specs = {channel.name: channel.spec for channel in drawn_channels(found.scene)}
+    placed = {name: spec.affine for name, spec in specs.items() if isinstance(spec, ChannelSpec)}
     for picture in package.manifest.pictures:
         if picture.mixing in {"sum", "colour"}:
             drawn = {medium.transfer: channels[medium.channel] for medium in picture.media}
             first = channels[picture.media[0].channel]
-            yield Subject(package, first.scan, first.shape_hw[0], drawn)
+            registered = {medium.transfer: placed.get(medium.channel) for medium in picture.media}
+            own = package_of_transfer(package, picture.name)
+            yield Subject(own, first.scan, first.shape_hw[0], drawn, registered)
 
 
 def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject]:

@@ -55,7 +55,7 @@ export class Package {
     this.name = source.name;
     /** Why bytes of files are not compared with their digests; null if they are. @type {string | null} */
     this.unverified = digests ? null : "the page asked for no digests";
-    /** Levels, the finest first, of the first channel; all channels have the same grids. */
+    /** Levels, the finest first, of the first channel. */
     this.levels = manifest.channels[0]?.levels ?? [];
     /** Transfer functions of all channels, beginning with the first channel. */
     this.transferFunctions = manifest.channels.flatMap((each) => each.transfer_functions);

@@ -1,4 +1,5 @@
 /** The state of a renderer: package, picture, level, step, transfer functions, segments, cuts and light. */
+import { gridOf } from "./drawing.js";
 import { VolpkgError } from "./error.js";
 import { Levels } from "./levels.js";
 import { Changes } from "./changes.js";
@@ -65,9 +66,9 @@ export class RendererState extends EventTarget {
     return this.#pack.programs;
   }
 
-  /** Place and size of the volume, as cameras want it. */
+  /** Place and size of the volume, as cameras want it. Pictures of channels on other grids have another one. */
   get grid() {
-    return this.#pack.manifest.grid;
+    return gridOf(this.#pack.manifest, this.program);
   }
 
   /** Index of the level that is drawn. */

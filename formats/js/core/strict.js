@@ -121,9 +121,10 @@ function firstBreach(all, breachOf) {
 }
 
 /** Rules that concern several fields. @param {any} manifest @returns {string | undefined} */
-function recordBreach({ grid, channels = [] }) {
+function recordBreach({ grid, pictures = [], channels = [] }) {
   const grids = [
     grid ?? [],
+    ...pictures.map((/** @type {any} */ each) => each.grid ?? []),
     ...channels.flatMap((/** @type {any} */ each) => [
       each.source.info.grid,
       ...(each.levels ?? []).map((/** @type {any} */ level) => level.grid),

@@ -54,7 +54,7 @@
  * @typedef {{name: string, transfers: string[], outside?: number, segments: Segment[], labels: SegmentLabel[]}} Segments
  * @typedef {{rmse: number, maximum: number}} StatedFidelity
  * @typedef {{level: number, frame?: number, preview_only?: boolean, program?: string, textures: string[], values: {source: string, numbers: number[]}[], step_mm?: number, at_mesh?: {program: string, mesh: string}, cost: {upload_bytes: number, gpu_bytes: number}, fidelity?: StatedFidelity}} Drawing
- * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", drawings: Drawing[], pieces?: {program: string, textures: string[], step_mm: number}, on_demand?: {program: string, textures: string[], step_mm: number} | null}} Picture
+ * @typedef {{name: string, media: {channel: string, transfer: string}[], mixing?: "one" | "sum" | "labels" | "colour", grid?: Grid, drawings: Drawing[], pieces?: {program: string, textures: string[], step_mm: number}, on_demand?: {program: string, textures: string[], step_mm: number} | null}} Picture
  * @typedef {object} Manifest
  * @property {string} name
  * @property {Profile} profile

@@ -1,5 +1,6 @@
 /** A canvas with a camera that people turn: a picture is drawn when something has changed, and coarser in motion. */
 import { Orbit } from "../camera.js";
+import { gridOf } from "../core/drawing.js";
 import { VolpkgError } from "../core/error.js";
 import { linearOf } from "../gl/formats.js";
 import { createRenderer } from "../core/renderer.js";
@@ -44,7 +45,7 @@ export class Stage {
     this.#canvas = canvas;
     this.#pack = pack;
     this.#onError = onError;
-    this.orbit = new Orbit(pack.manifest.grid, pack.manifest.render.projection ?? "orthographic");
+    this.orbit = new Orbit(gridOf(pack.manifest, ""), pack.manifest.render.projection ?? "orthographic");
     this.orbit.look(FIRST_VIEW);
     /** @type {Renderer} */
     this.renderer = /** @type {any} */ (null);
@@ -130,7 +131,7 @@ export class Stage {
     const ratio = Math.min(window.devicePixelRatio || 1, MOST_PIXELS / Math.max(clientWidth, clientHeight));
     const [width, height] = [clientWidth, clientHeight].map((each) => Math.max(1, Math.round(each * ratio)));
     if (this.#canvas.width !== width || this.#canvas.height !== height) Object.assign(this.#canvas, { width, height });
-    const view = { boxFromClip: fitting(this.orbit, width / height), width, height };
+    const view = { boxFromClip: fitting(this.orbit, width / height, this.renderer.grid), width, height };
     const { moving, slow } = this.renderer;
     const inTurns = inParts && !moving && slow;
     if (this.#finisher?.draw(view, inTurns)) this.redraw();
@@ -165,13 +166,13 @@ export class Stage {
 /**
  * The camera's matrix for a picture of any shape: the height of the field is that of a square one, so that in an
  * upright picture the volume would stick out left and right.
- * @param {Orbit} orbit @param {number} aspect
+ * @param {Orbit} orbit @param {number} aspect @param {import("../core/types.js").Grid} grid
  */
-function fitting(orbit, aspect) {
-  if (aspect >= 1) return orbit.boxFromClip(aspect);
+function fitting(orbit, aspect, grid) {
+  if (aspect >= 1) return orbit.boxFromClip(aspect, grid);
   const { zoom } = orbit;
   orbit.zoom = zoom * aspect;
-  const matrix = orbit.boxFromClip(aspect);
+  const matrix = orbit.boxFromClip(aspect, grid);
   orbit.zoom = zoom;
   return matrix;
 }

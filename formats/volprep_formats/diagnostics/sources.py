@@ -395,7 +395,9 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP1240": Diagnostic(
         ExitStatus.SOURCE,
         "{path}: channel {name} is not registered with channel {first}: {difference}",
-        "Resample it onto the grid of {first} first. Channels of one volume must have their voxels in the same places.",
+        "If another program has registered the two, give its matrix as transform in [[source.channels]]; or resample "
+        "{name} onto the grid of {first}. Channels may have grids of their own if their files place them in one space: "
+        "DICOM series with one FrameOfReferenceUID, or NIfTI, NRRD, MetaImage, MGH, MINC and MRtrix files.",
     ),
     "VP1241": Diagnostic(
         ExitStatus.SCENE,
@@ -422,6 +424,11 @@ ENTRIES: dict[str, Diagnostic] = {
         ExitStatus.SCENE,
         "{path}: the picture {name} cannot be drawn: {reason}",
         "Leave [together] out, name other transfer functions in it, or change what the message names.",
+    ),
+    "VP1246": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: channel {name} has a grid of its own, which does not go with {what}",
+        "Leave that out, or resample {name} onto the grid of the first channel before the build.",
     ),
     "VP1250": Diagnostic(
         ExitStatus.PACKAGE,

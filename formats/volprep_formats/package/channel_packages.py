@@ -12,7 +12,7 @@ def channel_packages(package: Package) -> dict[str, Package]:
 def package_of_transfer(package: Package, transfer: str | None) -> Package:
     """Return the package as it is for the channel of a transfer function, that of the default picture if None.
 
-    A name that no channel knows, such as that of a picture of several media, gives the package itself.
+    The name of a picture of several media gives the package with the grid of this picture.
     """
     manifest = package.manifest
     named = [picture.name for picture in manifest.pictures] + [each.name for each in manifest.transfer_functions]
@@ -20,4 +20,7 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     for channel in package.manifest.channels:
         if name in channel.transfers:
             return package.seen_as(channel_view(package.manifest, channel), channel.name)
-    return package
+    picture = manifest.picture(name)
+    if picture is None or picture.grid is None:
+        return package
+    return package.seen_as(manifest.model_copy(update={"grid": picture.grid}), package.channel)

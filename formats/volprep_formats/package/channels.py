@@ -1,4 +1,4 @@
-"""A manifest seen channel by channel: each view is that of a package of one channel over the same grid."""
+"""A manifest seen channel by channel: each view is that of a package of one channel, over the grid of the channel."""
 
 from volprep_formats.package.channel import Channel
 from volprep_formats.package.manifest import Manifest
@@ -15,6 +15,7 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
 def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     """Return the manifest of one channel."""
     own = tuple(each for each in manifest.pictures if each.mixing == "one" and each.media[0].channel == channel.name)
+    grid = manifest.grid_of(channel.name)
     shared = [picture for picture in manifest.pictures if picture not in own]
     others = {name for other in manifest.channels if other.name != channel.name for name in other.transfers}
     others |= {picture.name for picture in shared}
@@ -43,7 +44,8 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
             "textures": textures,
             "palettes": tuple(palette for palette in manifest.palettes if palette.transfer not in others),
             "programs": tuple(program for program in manifest.programs if program.name not in programs),
-            "pictures": own,
+            "grid": grid,
+            "pictures": tuple(picture.model_copy(update={"grid": None}) for picture in own),
             "skipping": skipping,
             "editing": editing,
             "proxy": proxy,

@@ -275,6 +275,17 @@ class Manifest(Heading, PartRecords):
         """Return the picture of this name, the default one for None; None if there is no such picture."""
         return next((picture for picture in self.pictures if name in {None, picture.name}), None)
 
+    def grid_of(self, channel: str) -> Grid | None:
+        """Return the grid of level 0 of a channel: that of its own pictures, or the one of the package."""
+        own = (each for each in self.pictures if each.mixing == "one" and each.media[0].channel == channel)
+        return next((each.grid for each in own if each.grid is not None), self.grid)
+
+    @property
+    def box(self) -> Grid:
+        """Grid whose box the default picture is drawn in: its own, or that of the finest level."""
+        own = next((each.grid for each in self.pictures), None)
+        return own or self.levels[0].grid
+
     def at_frame(self, frame: int) -> "Manifest":
         """Return the manifest with the drawings of one frame, and without the textures of others alone."""
         shown = [

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from volprep_formats.grid import Count, Index, Signed
+from volprep_formats.grid import Affine, Count, Grid, Index, Signed, row_of
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
@@ -21,6 +21,15 @@ class PictureMedium(Record):
     """Name of the channel."""
     transfer: str
     """Name of the transfer function."""
+    placed: Annotated[tuple[float, ...], Field(min_length=12, max_length=12)] | None = None
+    """Matrix from the space of the channel's scan to that of the package, if the two differ: a registration. Three rows
+    of four numbers; the fourth row is 0, 0, 0, 1."""
+
+    @property
+    def affine(self) -> Affine | None:
+        """The rows of `placed`."""
+        rows = self.placed
+        return None if rows is None else (row_of(rows[:4]), row_of(rows[4:8]), row_of(rows[8:]))
 
 
 class DrawCost(Record):
@@ -60,10 +69,30 @@ class Fidelity(Record):
     black or over white, whichever is larger, at 67 pixels per degree."""
 
 
+MediumSource = Literal[
+    "medium_0_from_box",
+    "medium_1_from_box",
+    "medium_2_from_box",
+    "medium_3_from_box",
+    "texture_from_medium_0",
+    "texture_from_medium_1",
+    "texture_from_medium_2",
+    "texture_from_medium_3",
+]
+"""Sources of uniforms that place the media of a picture whose channels lie on several grids."""
+PLACES: tuple[tuple[MediumSource, MediumSource], ...] = (
+    ("medium_0_from_box", "texture_from_medium_0"),
+    ("medium_1_from_box", "texture_from_medium_1"),
+    ("medium_2_from_box", "texture_from_medium_2"),
+    ("medium_3_from_box", "texture_from_medium_3"),
+)
+"""Of each medium: the matrix from the box of the picture to its own box, and the factors from there to its texels."""
+
+
 class UniformValue(Record):
     """The value of a uniform that is the same in every view of a drawing."""
 
-    source: Literal["texture_from_box", "mipmap", "blocks_from_box"]
+    source: Literal["texture_from_box", "mipmap", "blocks_from_box", MediumSource]
     """Source that uniforms of this value name."""
     numbers: Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
     """One number for f32, three for vec3f, 16 for mat4x4f, column by column."""
@@ -177,6 +206,9 @@ class Picture(Record):
     """How its media mix. one: there is one medium. sum: extinctions add, and each medium emits light as its extinction
     does. labels: the label of a voxel says which medium it is. colour: the media are premultiplied red, green and blue
     light, and extinction."""
+    grid: Grid | None = None
+    """Grid in whose box it is drawn, if that is not the `grid` of the manifest: that of its channel, or one around all
+    media whose channels lie on several grids."""
     drawings: tuple[Drawing, ...] = ()
     """One for each frame and each level that can be drawn, frame by frame, finest first; in a draft none before its
     programs are made."""

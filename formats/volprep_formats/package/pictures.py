@@ -4,11 +4,14 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from volprep_formats.grid import box_from_box
+from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.costs.count import cost_of_textures
 from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.picture import (
+    PLACES,
     AtMesh,
     Drawing,
     FrameTextures,
@@ -93,7 +96,7 @@ class _Made:
             level=level,
             program=composed.program.name if composed is not None else None,
             textures=names,
-            values=tuple(drawing_values(self.manifest, level, textures)) if composed is not None else (),
+            values=tuple(self._values(picture, level, textures)) if composed is not None else (),
             step_mm=composed.rays.step_of(level) if composed is not None else None,
             at_mesh=next((AtMesh(program=each, mesh=mesh.name) for mesh in own for each in at_mesh), None),
             preview_only=any((medium.channel, level) in self.previews for medium in picture.media) or None,
@@ -102,6 +105,15 @@ class _Made:
                 (each.as_record for each in self.fidelity if (each.transfer, each.level) == (name, level)), None
             ),
         )
+
+    def _values(self, picture: Picture, level: int, textures: Sequence[Texture]) -> Iterator[UniformValue]:
+        drawn = [_level(self.manifest, medium.channel, level) for medium in picture.media]
+        if picture.mixing == "one" or picture.grid is None:
+            yield from _drawing_values(self.manifest, drawn[0], textures)
+            return
+        for number, medium in enumerate(picture.media):
+            own = [texture for texture in textures if medium.channel in texture.channels]
+            yield from _medium_values(self.manifest, picture, number, drawn[number], own)
 
     def pieces(self, name: str) -> Pieces | None:
         """Return the drawing of sub-volumes, with the tables of level 0."""
@@ -118,9 +130,27 @@ class _Made:
                 yield {"program": composed.program.name, "textures": textures, "step_mm": composed.rays.step_of(0)}
 
 
-def drawing_values(manifest: Manifest, level: int, textures: Sequence[Texture]) -> Iterator[UniformValue]:
+def _medium_values(
+    manifest: Manifest, picture: Picture, number: int, drawn: Level, textures: Sequence[Texture]
+) -> Iterator[UniformValue]:
+    """Yield how the box of a picture maps to the box of one of its media, and that to its texels."""
+    medium, grid = picture.media[number], manifest.grid_of(picture.media[number].channel)
+    if grid is None or picture.grid is None:
+        return
+    rows = (*box_from_box(grid, medium.affine, picture.grid), (0.0, 0.0, 0.0, 1.0))
+    place, texels = PLACES[number]
+    yield UniformValue(source=place, numbers=tuple(row[column] for column in range(4) for row in rows))
+    yield UniformValue(source=texels, numbers=texture_from_box(drawn, textures))
+
+
+def _level(manifest: Manifest, channel: str, index: int) -> Level:
+    """Return a level of a channel."""
+    levels = next(each.levels for each in manifest.channels if each.name == channel)
+    return next(level for level in levels if level.index == index)
+
+
+def _drawing_values(manifest: Manifest, drawn: Level, textures: Sequence[Texture]) -> Iterator[UniformValue]:
     """Yield the uniforms of a drawing that are the same in every view: how the box maps to texels and blocks."""
-    drawn = manifest.level(level)
     yield UniformValue(source="texture_from_box", numbers=texture_from_box(drawn, textures))
     mipmap = next((texture.mipmap for texture in textures if texture.mipmap is not None), None)
     if mipmap is not None:

@@ -94,8 +94,8 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout) -> Iterator[str]:
 
 
 def _levels(manifest: Manifest) -> Iterator[str]:
-    for level in (level for channel in manifest.channels for level in channel.levels):
-        grid = manifest.grid or manifest.source.info.grid
+    for channel, level in ((each, level) for each in manifest.channels for level in each.levels):
+        grid = manifest.grid_of(channel.name) or channel.source.info.grid
         expected = tuple(-(-n // factor) for n, factor in zip(grid.shape_zyx, level.factors_zyx, strict=True))
         if level.grid.shape_zyx != expected:
             yield f"the shape of level {level.index} does not follow from the grid and its factors"

@@ -14,7 +14,7 @@ def words_of(package: Package) -> str:
     Raises the errors of `shown_with`.
     """
     manifest = package.manifest
-    grid = manifest.levels[0].grid
+    grid = manifest.box
     voxels = " × ".join(str(count) for count in grid.shape_zyx[::-1])
     spacing = " × ".join(number(each) for each in grid.spacing_mm_zyx[::-1])
     levels = f"{len(manifest.levels)} level{'s' if len(manifest.levels) > 1 else ''}"

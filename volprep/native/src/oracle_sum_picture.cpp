@@ -1,5 +1,9 @@
-// Rays through several fields on one grid: all fields have the same cells, and a block is left out where all are empty.
+// Rays through several fields: each is walked from cell to cell of its own, and all are cut where any of them goes on.
+// Blocks are left out where all are empty.
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "volprep/oracle/frame.hpp"
@@ -10,63 +14,104 @@ namespace volprep {
 
 namespace {
 
-using oracle::AxisWalk;
 using oracle::Beam;
 using oracle::RayLimits;
+using oracle::RayWalk;
+
+template <typename Voxel>
+struct Medium {
+    oracle::Transfer transfer;
+    oracle::Field<Voxel> field;
+    std::vector<uint8_t> empty_blocks;
+    const double* own_from_box;
+};
 
 template <typename Voxel>
 struct Scene {
-    std::vector<oracle::Transfer> transfers;
-    std::vector<oracle::Field<Voxel>> fields;
-    std::vector<uint8_t> empty_blocks;
+    std::vector<Medium<Voxel>> media;
     double colour_max = 1.0;
 };
 
-// Working memory of a thread.
+// Working memory of a thread: where the ray is in each field, and what it meets in a cell.
 struct Work {
+    std::vector<RayWalk> walks;
     std::vector<oracle::SumPath> paths;
     oracle::SumCuts cuts;
 };
 
 template <typename Voxel>
-Scene<Voxel> prepare(const OracleMedium<Voxel>* media, int64_t count, const OracleVolume& volume, int threads) {
+Scene<Voxel> prepare(const OracleMedium<Voxel>* media, int64_t count, int threads) {
     Scene<Voxel> scene;
-    const Shape3 blocks = minmax_shape(volume.shape, oracle::kBlockCells);
-    scene.empty_blocks.assign(static_cast<std::size_t>(blocks.voxels()), 1);
     for (int64_t i = 0; i < count; ++i) {
         const OracleMedium<Voxel>& medium = media[i];
-        scene.transfers.push_back(oracle::prepare_transfer(medium.transfer.count, medium.transfer.values,
-                                                           medium.transfer.colours,
-                                                           medium.transfer.extinctions_per_mm));
-        const oracle::Transfer& transfer = scene.transfers.back();
-        const std::vector<uint8_t> empty =
-            oracle::find_empty_blocks(medium.voxels, volume.shape, medium.slope, medium.intercept, transfer, threads);
-        for (std::size_t block = 0; block < empty.size(); ++block) scene.empty_blocks[block] &= empty[block];
-        scene.colour_max = std::max(scene.colour_max, transfer.colour_max);
-        oracle::Field<Voxel> field{};
-        field.voxels = medium.voxels;
-        field.shape = volume.shape;
-        field.slope = medium.slope;
-        field.intercept = medium.intercept;
-        std::copy_n(volume.spacing_mm_xyz, 3, field.spacing_mm);
-        std::copy_n(volume.extent_mm_xyz, 3, field.extent_mm);
-        field.blocks = blocks;
-        scene.fields.push_back(field);
+        Medium<Voxel> made{};
+        made.transfer = oracle::prepare_transfer(medium.transfer.count, medium.transfer.values,
+                                                 medium.transfer.colours, medium.transfer.extinctions_per_mm);
+        made.field = oracle::field_of(medium.voxels, medium.volume, nullptr);
+        made.empty_blocks = oracle::find_empty_blocks(medium.voxels, medium.volume.shape, medium.volume.slope,
+                                                      medium.volume.intercept, made.transfer, threads);
+        made.own_from_box = medium.own_from_box;
+        scene.colour_max = std::max(scene.colour_max, made.transfer.colour_max);
+        scene.media.push_back(std::move(made));
     }
     return scene;
 }
 
+// The ray in the box of a medium. Its direction may have any length: t remains the millimetres of the camera's box.
+oracle::Ray placed_ray(const oracle::Ray& ray, const double* own_from_box) noexcept {
+    oracle::Ray own{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double* row = own_from_box + 4 * axis;
+        own.origin_mm[axis] = row[3];
+        for (int k = 0; k < 3; ++k) {
+            own.origin_mm[axis] += row[k] * ray.origin_mm[k];
+            own.direction[axis] += row[k] * ray.direction[k];
+        }
+    }
+    own.length_mm = ray.length_mm;
+    return own;
+}
+
+// Whether the ray is in the box of a medium; before, t_mm is where it enters.
+bool meets(const RayWalk& walk, double t_mm) noexcept { return walk.t_mm <= t_mm && t_mm < walk.to_mm; }
+
+// Puts each walk where the ray enters its box. Returns where the first begins, and the limits of the whole ray.
 template <typename Voxel>
-void gather_cell_of_all(Beam& beam, const Scene<Voxel>& scene, const AxisWalk axes[3], double from_mm, double to_mm,
-                        double relative_error, const RayLimits& limits, Work& work) noexcept {
-    double middle[3];
-    double half[3];
-    for (int axis = 0; axis < 3; ++axis) axes[axis].inside(from_mm, to_mm, middle[axis], half[axis]);
+double enter_boxes(std::vector<RayWalk>& walks, const Scene<Voxel>& scene, const oracle::Ray& ray,
+                   RayLimits& limits) noexcept {
+    double from_mm = std::numeric_limits<double>::infinity();
+    double to_mm = -from_mm;
+    walks.assign(scene.media.size(), RayWalk{});
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+        const oracle::Ray own = placed_ray(ray, scene.media[i].own_from_box);
+        if (!enter_box(walks[i], scene.media[i].field, own)) {
+            walks[i].t_mm = std::numeric_limits<double>::infinity();
+            walks[i].to_mm = -walks[i].t_mm;
+            continue;
+        }
+        from_mm = std::min(from_mm, walks[i].t_mm);
+        to_mm = std::max(to_mm, walks[i].to_mm);
+        const double speed = std::hypot(own.direction[0], own.direction[1], own.direction[2]);
+        limits.position_error_mm = std::max(limits.position_error_mm, walks[i].position_error_mm / speed);
+    }
+    limits.length_mm = to_mm - from_mm;
+    return from_mm;
+}
+
+template <typename Voxel>
+void gather_cells(Beam& beam, const Scene<Voxel>& scene, double from_mm, double to_mm, const RayLimits& limits,
+                  Work& work) noexcept {
     work.paths.clear();
-    for (std::size_t i = 0; i < scene.fields.size(); ++i) {
-        oracle::SumPath found{{}, &scene.transfers[i]};
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        const RayWalk& walk = work.walks[i];
+        if (!meets(walk, from_mm)) continue;
+        const Medium<Voxel>& medium = scene.media[i];
+        double middle[3];
+        double half[3];
+        for (int axis = 0; axis < 3; ++axis) walk.axes[axis].inside(from_mm, to_mm, middle[axis], half[axis]);
+        oracle::SumPath found{{}, &medium.transfer};
         found.path.length_mm = to_mm - from_mm;
-        if (find_path(found.path, scene.fields[i], axes, middle, half, relative_error, scene.transfers[i])) {
+        if (find_path(found.path, medium.field, walk.axes, middle, half, walk.relative_error, medium.transfer)) {
             work.paths.push_back(found);
         }
     }
@@ -77,20 +122,45 @@ void gather_cell_of_all(Beam& beam, const Scene<Voxel>& scene, const AxisWalk ax
     }
 }
 
+// Whether all media that the ray is in are empty in their blocks.
+template <typename Voxel>
+bool is_empty(const Scene<Voxel>& scene, const std::vector<RayWalk>& walks, double t_mm) noexcept {
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+        if (!meets(walks[i], t_mm)) continue;
+        if (scene.media[i].empty_blocks[static_cast<std::size_t>(walks[i].block())] == 0) return false;
+    }
+    return true;
+}
+
+// Where the next cell of any medium begins, or the next block.
+double next_end_mm(const std::vector<RayWalk>& walks, double t_mm, bool blocks) noexcept {
+    double next = std::numeric_limits<double>::infinity();
+    for (const RayWalk& walk : walks) {
+        if (meets(walk, t_mm)) {
+            next = std::min(next, blocks ? walk.block_end_mm() : walk.cell_end_mm());
+        } else if (walk.t_mm > t_mm) {
+            next = std::min(next, walk.t_mm);
+        }
+    }
+    return next;
+}
+
 template <typename Voxel>
 Beam gather_ray_of_all(const Scene<Voxel>& scene, const oracle::Ray& ray, double tolerance, Work& work) noexcept {
     Beam beam;
-    oracle::RayWalk walk;
-    if (!enter_box(walk, scene.fields.front(), ray)) return beam;
-    const RayLimits limits{tolerance, walk.to_mm - walk.t_mm, walk.position_error_mm, scene.colour_max};
-    while (walk.inside() && !beam.stopped) {
-        if (scene.empty_blocks[static_cast<std::size_t>(walk.block())] != 0) {
-            walk.leave_block(walk.block_end_mm());
-            continue;
+    if (!(ray.length_mm > 0.0)) return beam;
+    RayLimits limits{tolerance, 0.0, 0.0, scene.colour_max};
+    double t_mm = enter_boxes(work.walks, scene, ray, limits);
+    while (std::isfinite(t_mm) && !beam.stopped) {
+        const bool empty = is_empty(scene, work.walks, t_mm);
+        const double next = next_end_mm(work.walks, t_mm, empty);
+        if (!std::isfinite(next)) break;
+        if (!empty) gather_cells(beam, scene, t_mm, next, limits, work);
+        for (RayWalk& walk : work.walks) {
+            if (!meets(walk, t_mm)) continue;
+            empty ? walk.leave_block(next) : walk.leave_cell(next);
         }
-        const double next = walk.cell_end_mm();
-        gather_cell_of_all(beam, scene, walk.axes, walk.t_mm, next, walk.relative_error, limits, work);
-        walk.leave_cell(next);
+        t_mm = next;
     }
     return beam;
 }
@@ -98,17 +168,17 @@ Beam gather_ray_of_all(const Scene<Voxel>& scene, const oracle::Ray& ray, double
 }  // namespace
 
 template <typename Voxel>
-void render_oracle_sum(const OracleMedium<Voxel>* media, int64_t count, const OracleVolume& volume, double tolerance,
-                       const OraclePicture& picture, int threads) noexcept {
-    const Scene<Voxel> scene = prepare(media, count, volume, threads);
+void render_oracle_sum(const OracleMedium<Voxel>* media, int64_t count, double tolerance, const OraclePicture& picture,
+                       int threads) noexcept {
+    const Scene<Voxel> scene = prepare(media, count, threads);
     oracle::draw_beams<Work>(picture, scene.colour_max, threads, [&](const oracle::Ray& ray, Work& work) {
         return gather_ray_of_all(scene, ray, tolerance, work);
     });
 }
 
-#define VOLPREP_INSTANTIATE(Voxel)                                                                           \
-    template void render_oracle_sum<Voxel>(const OracleMedium<Voxel>*, int64_t, const OracleVolume&, double, \
-                                           const OraclePicture&, int) noexcept;
+#define VOLPREP_INSTANTIATE(Voxel)                                                                              \
+    template void render_oracle_sum<Voxel>(const OracleMedium<Voxel>*, int64_t, double, const OraclePicture&, int) \
+        noexcept;
 VOLPREP_INSTANTIATE(uint8_t)
 VOLPREP_INSTANTIATE(int16_t)
 VOLPREP_INSTANTIATE(uint16_t)

@@ -14,6 +14,7 @@ from volprep.parts.programs.decision import ray_casters, shader_files
 from volprep.parts.skip.decision import KIND as SKIP_KIND
 from volprep.parts.skip.decision import SkipInputs, skip_together
 from volprep.parts.texture.mipmaps import chain_bytes
+from volprep.parts.together.grids import Grids
 from volprep.plan.decisions import Packed
 from volprep.plan.item_kinds import BEYOND
 from volprep.plan.products import SkipTablePlan, TogetherPlan
@@ -79,11 +80,18 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
 
 
 def plan_together(
-    plans: Sequence[ChannelPlan], measured: Sequence[Measured], drawn: DrawnTogether, packed: Packed, scene: Scene
+    plans: Sequence[ChannelPlan],
+    measured: Sequence[Measured],
+    drawn: DrawnTogether,
+    packed: Packed,
+    scene: Scene,
+    *,
+    grids: Grids | None,
 ) -> tuple[TogetherPlan | None, tuple[PlanItem, ...]]:
     """Return the programs of the picture, if there is one, and the decisions.
 
-    `packed` says whether its channels share texels. Raises VP1245 where the profile cannot hold them at one time.
+    `packed` says whether its channels share texels, `grids` where they lie if that is on several grids. Raises VP1245
+    where the profile cannot hold them at one time.
     """
     if not drawn.transfers or scene.together is None:
         return None, drawn.items
@@ -106,6 +114,8 @@ def plan_together(
     fetches = f"{'one fetch' if shares else f'{len(group)} fetches'} of values, and {len(group)} of colours"
     if scene.colour is not None:
         fetches = "one fetch, of light and extinction"
+    if grids is not None:
+        fetches += f"; {grids.text}"
     item = PlanItem(
         name=name,
         kind=KIND,
@@ -116,8 +126,15 @@ def plan_together(
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
     founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
-    tables, skipping = _skipping(group, founds, drawn, drawable, scene)
-    together = TogetherPlan(name=name, transfers=tuple(drawn.transfers.values()), programs=programs, skip_tables=tables)
+    tables, skipping = _skipping(group, founds, drawn, drawable, scene, on_one_grid=grids is None)
+    together = TogetherPlan(
+        name=name,
+        transfers=tuple(drawn.transfers.values()),
+        programs=programs,
+        skip_tables=tables,
+        grid=None if grids is None else grids.grid,
+        placed=() if grids is None else grids.placed,
+    )
     return together, (*drawn.items, item, skipping, *_dark_colours(group[0], scene))
 
 
@@ -141,6 +158,8 @@ def _skipping(
     drawn: DrawnTogether,
     levels: Sequence[LevelPlan],
     scene: Scene,
+    *,
+    on_one_grid: bool,
 ) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
     """Decide whether rays skip the space that is empty in all channels."""
     name = scene.together.name if scene.together else ""
@@ -148,7 +167,11 @@ def _skipping(
     if scene.colour is not None:
         # Opacity, the last channel, scales light, too.
         media = media[-1:]
-    tables, reason, size = skip_together(scene.skip, name, media, levels)
+    tables, reason, size = (
+        skip_together(scene.skip, name, media, levels)
+        if on_one_grid
+        else ((), "channels lie on several grids, and the blocks of a table on one", 0)
+    )
     if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
         tables, reason = (), "there is no room for it beside all channels"
     files = tuple(table.file for table in tables)

@@ -67,6 +67,8 @@ def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
     """Return the reasons why channels cannot share texels, the most important first. Each assumes the ones before."""
     if len(group) < 2:
         yield "each program draws one channel, and would fetch the others in vain"
+    if len({plan.grid for plan in group}) > 1:
+        yield "they lie on several grids"
     if len(group) > _MOST:
         yield f"a texel has {_MOST} components, and there are {len(group)} channels"
     if scene.textures.compression in get_args(Compression) and scene.colour is None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from volprep.parts.case import Case, Joint
 from volprep.parts.part import Part
 from volprep.parts.together.decision import choose_together, plan_together
+from volprep.parts.together.grids import grids_of
 from volprep.parts.together.packing import pack_channels
 
 
@@ -19,7 +20,8 @@ def _join(joint: Joint) -> Joint:
     drawn = choose_together(joint.channels, measured, scene)
     packed = pack_channels(joint.channels, scene, [*drawn.transfers])
     joint = joint.plus(items=packed.items, of_cases=packed)
-    together, items = plan_together(joint.channels, measured, drawn, packed, scene)
+    grids = grids_of(joint.cases, drawn.transfers, scene)
+    together, items = plan_together(joint.channels, measured, drawn, packed, scene, grids=grids)
     return joint.plus(together, items=items)
 
 

@@ -64,7 +64,9 @@ def _drawn(subject: Subject, volumes: Sequence[Volume], transfer: str, view: str
 
 def _volumes(subject: Subject, levels: Sequence[Level]) -> Iterator[tuple[Volume, ...]]:
     """Return the box means of each level, of every channel that is drawn."""
-    parts = [_of_channel(part, levels) for part in subject.channels]
+    parts = [
+        _of_channel(part, [part.package.manifest.level(level.index) for level in levels]) for part in subject.channels
+    ]
     yield from zip(*parts, strict=True)
 
 

@@ -131,6 +131,5 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
     if found != manifest.source.sha256:
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])
-    # Of several channels the first says where the voxels are, as in the package; all are registered with it.
     labels, kernel = holds_labels(manifest), light_of_scan(manifest)
     return Volume(stored, manifest.source.info.grid, info.slope, info.intercept, labels, kernel)

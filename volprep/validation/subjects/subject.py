@@ -31,7 +31,7 @@ from volprep.validation.subjects.same_field import (
 )
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Grid
+from volprep_formats.grid import Affine, Grid
 from volprep_formats.package.channel import Level
 from volprep_formats.package.manifest import RenderSettings
 from volprep_formats.package.program import CompositingName, PictureProgram
@@ -52,21 +52,28 @@ class Subject:
     """One package and its scan; or a package of several channels that are drawn together, and their subjects."""
 
     def __init__(
-        self, package: Package, scan: Volume, picture_size: int, channels: Mapping[str, "Subject"] | None = None
+        self,
+        package: Package,
+        scan: Volume,
+        picture_size: int,
+        channels: Mapping[str, "Subject"] | None = None,
+        placed: Mapping[str, Affine | None] | None = None,
     ) -> None:
         """Take the package, its scan, and the width and height of pictures in pixels.
 
-        `channels` has the subjects of one picture, by the names of the transfer functions that are drawn together.
+        `channels` has the subjects of one picture, by the names of the transfer functions that are drawn together,
+        and `placed` their registrations.
         """
         self.package = package
         self._channels = channels or {}
+        self._placed = placed or {}
         self.render = render_settings(package)
         self.step_mm = package.manifest.step_mm or min(package.manifest.levels[0].grid.spacing_mm_zyx)
         """Nominal distance of samples in the finest drawing; slices are as far apart as voxels."""
         self.scan = scan
         self.shape_hw = (picture_size, picture_size)
-        self.grid = package.manifest.levels[0].grid
-        """Grid of the finest level; its box is that of all levels. The scan's may have a border around it."""
+        self.grid = package.manifest.box
+        """Grid whose box is that of the package: of its finest level, or of a picture. The scan's may have a border."""
         self.cameras = standard_views(self.grid, self.render.projection)
         """Standard views by name."""
         self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self.cameras.items()}
@@ -331,8 +338,12 @@ class Subject:
         shape_hw: tuple[int, int],
     ) -> OraclePicture:
         drawn = [
-            replace(each, volume=replace(each.volume, normals=with_baked(each.volume.normals, self._baked)))
-            for each in media
+            replace(
+                each,
+                volume=replace(each.volume, normals=with_baked(each.volume.normals, self._baked)),
+                placed=self._placed.get(name),
+            )
+            for each, name in zip(media, self._channels or ("",), strict=True)
         ]
         return self._compositing.oracle(
             media_of_colour(drawn) if self._is_colour else drawn, box_from_clip, shape_hw, tolerance=self._tolerance

@@ -51,7 +51,7 @@ export function cutControls(stage, manifest, changed) {
   });
   const facing = make("button", { type: "button" }, "Cut towards you, from here");
   facing.addEventListener("click", () => {
-    plane = { normal: viewDirection(stage.orbit), share: 0.5 };
+    plane = { normal: viewDirection(stage), share: 0.5 };
     depth.disabled = false;
     depth.value = String(STEPS / 2);
     apply();
@@ -138,9 +138,9 @@ function axisNames(grid) {
   });
 }
 
-/** Direction in which the viewer looks, in box space. @param {any} orbit */
-function viewDirection(orbit) {
-  const m = orbit.boxFromClip(1);
+/** Direction in which the viewer looks, in box space. @param {any} stage */
+function viewDirection({ orbit, renderer }) {
+  const m = orbit.boxFromClip(1, renderer.grid);
   const at = (/** @type {number} */ z) => [0, 1, 2].map((row) => (m[8 + row] * z + m[12 + row]) / (m[11] * z + m[15]));
   const [near, far] = [at(-1), at(1)];
   const along = far.map((each, axis) => each - near[axis]);

@@ -4,7 +4,7 @@
 //#part channels
 
 // Colour and extinction of all channels: extinctions add, and each channel gives light as its extinction does.
-vec4 classify_together(vec3 at) {
+vec4 classify_together($AT) {
   //#part voxel
   vec4 medium = vec4(0.0);
   //#part sum
@@ -17,6 +17,12 @@ vec4 voxel = voxel_texel(at);
 //#section channel
 vec4 part$OF = classify$OF($VALUE);
 medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);
+//#section on_grids
+float share$OF = share(i, within$OF);
+if (share$OF > 0.0) {
+  vec4 part$OF = classify$OF(stored_value$OF(start$OF + stride$OF * i));
+  medium += share$OF * vec4(part$OF.rgb * part$OF.a, part$OF.a);
+}
 //#section colour
 // Light and extinction are in proportion to the texel, so that the texture filter mixes both.
 const float LARGEST_PER_MM = $LARGEST_PER_MM;

@@ -1,0 +1,168 @@
+"""Channels on grids of their own in one picture: what the package holds, what it draws, and what is refused."""
+
+import numpy as np
+import pytest
+from judged import validate
+from scene_builds import built, planned, view_of
+from scipy.spatial.transform import Rotation
+from two_grids import write_two_grids
+
+from volprep.render.renderer import Renderer
+from volprep_formats import grid as grids
+from volprep_formats.diagnostics import VolprepError
+from volprep_formats.grid import box_from_box
+from volprep_formats.package.channel_packages import channel_packages, package_of_transfer
+from volprep_formats.package.check import check
+from volprep_formats.package.reader import Package
+
+MADE = "volprep_formats.package.pictures.box_from_box"
+"""What drawings are made with; the truth does not use it."""
+MOVED = np.array([[1.0, 0.0, 0.0, 7.0], [0.0, 0.9, -0.1, -4.0], [0.0, 0.1, 1.05, 3.0], [0.0, 0.0, 0.0, 1.0]])
+"""A registration with a shear."""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Package:
+    folder = tmp_path_factory.mktemp("grids")
+    return built(write_two_grids(folder), folder / "fused.volpkg")
+
+
+def picture(package: Package, name: str | None, view: str = "anterior-left", size: int = 48) -> np.ndarray:
+    seen = package_of_transfer(package, name)
+    with Renderer(package, transfer=name, target="rgba32f") as renderer:
+        return renderer.render(view_of(seen.manifest.box, view), (size, size))
+
+
+def corners_in(box: grids.Grid, grid: grids.Grid) -> np.ndarray:
+    ends = np.array(np.meshgrid(*[(0.0, length) for length in grid.extent_mm_zyx[::-1]])).reshape(3, -1)
+    matrix = np.array(box_from_box(box, None, grid))
+    return matrix[:, :3] @ ends + matrix[:, 3:]
+
+
+def test_each_channel_keeps_its_own_voxels(package) -> None:
+    seen = channel_packages(package)
+    spacings = {name: part.manifest.grid.spacing_mm_zyx for name, part in seen.items()}
+    assert spacings["ct"] == (2.5, 2.0, 2.0)
+    assert spacings["pet"] == pytest.approx((5.0, 3.5, 4.0))
+    for part in seen.values():
+        assert part.manifest.levels[0].grid == part.manifest.grid
+    assert check(package.path) == []
+
+
+def test_the_box_holds_what_all_channels_show_in_voxels_of_the_first(package) -> None:
+    both, *alone = package.manifest.pictures
+    assert both.grid.spacing_mm_zyx == (2.5, 2.0, 2.0)
+    for each in alone:
+        corners = corners_in(both.grid, each.grid or package.manifest.grid)
+        assert corners.min() > -1e-4
+        assert (corners.max(axis=1) < np.array(both.grid.extent_mm_zyx[::-1]) + 1e-4).all()
+
+
+def test_a_scene_may_draw_only_the_box_of_the_first_channel(tmp_path) -> None:
+    plan = planned(write_two_grids(tmp_path, more='box = "first"'))
+    assert plan.together.grid == plan.shared.grid
+
+
+def test_a_matrix_from_box_to_box_leads_by_way_of_the_world() -> None:
+    turn = Rotation.from_euler("xyz", (10, 50, -70), degrees=True).as_matrix()
+    one = grids.Grid.of((4, 5, 6), (1.0, 2.0, 3.0), (5.0, -3.0, 2.0), turn)
+    other = grids.Grid.of((7, 3, 2), (0.5, 1.0, 0.7), (-1.0, 4.0, 9.0), turn.T)
+    rows = tuple(tuple(row) for row in MOVED[:3].tolist())
+    expected = np.linalg.inv(MOVED @ one.world_from_box) @ other.world_from_box
+    np.testing.assert_allclose(box_from_box(one, rows, other), expected[:3], atol=1e-12)
+
+
+def test_it_is_within_the_tolerance_and_so_is_each_channel_alone(package, tmp_path) -> None:
+    report = validate(package, tmp_path / "report")
+    assert report.verdict.passed
+    assert {program.transfer for program in report.programs} == {"both", "body", "hot"}
+
+
+def test_a_registration_with_a_shear_is_within_the_tolerance(tmp_path) -> None:
+    found = built(write_two_grids(tmp_path, pet=f"transform = {MOVED.tolist()}"))
+    assert found.manifest.pictures[0].media[1].placed is not None
+    assert validate(found).verdict.passed
+
+
+def test_a_registration_puts_a_file_that_says_another_place_where_it_belongs(package, tmp_path) -> None:
+    lps = np.diag([-1.0, -1.0, 1.0, 1.0])
+    rigid = np.eye(4)
+    rigid[:3, :3] = Rotation.from_euler("xyz", (5, 8, -12), degrees=True).as_matrix()
+    rigid[:3, 3] = (11.0, -6.0, 4.0)
+    scene = write_two_grids(tmp_path, pet=f"transform = {(lps @ rigid @ lps).tolist()}", placed=np.linalg.inv(rigid))
+    np.testing.assert_allclose(picture(built(scene), None), picture(package, None), atol=2e-4)
+
+
+def shifted(grid, placed, other):
+    """Off by a quarter of a voxel along x."""
+    rows = box_from_box(grid, placed, other)
+    return ((*rows[0][:3], rows[0][3] + 0.25 * grid.spacing_mm_zyx[2]), *rows[1:])
+
+
+def transposed(grid, placed, other):
+    rows = np.array(box_from_box(grid, placed, other))
+    rows[:, :3] = rows[:, :3].T
+    return tuple(tuple(row) for row in rows.tolist())
+
+
+def ignored(grid, _placed, other):
+    return box_from_box(grid, None, other)
+
+
+@pytest.mark.parametrize("fault", [shifted, transposed, ignored])
+def test_pictures_find_a_grid_in_the_wrong_place(tmp_path, monkeypatch, fault) -> None:
+    # The same fault in the build and in the package that validation derives: only the truth knows better.
+    monkeypatch.setattr(MADE, fault)
+    moved = "transform = [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
+    report = validate(built(write_two_grids(tmp_path, pet=moved if fault is ignored else "")))
+    assert not report.verdict.passed
+    assert not report.derivation.findings
+    beyond = {program.transfer: sum(not view.passed for view in program.views) for program in report.programs}
+    # A shift is invisible along its axis.
+    assert beyond.pop("both") >= 7
+    assert beyond == {"body": 0, "hot": 0}
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ('[render]\ntechnique = "slabs"', "technique slabs"),
+        ("editable = true", "editable"),
+        ("[textures]\nmipmaps = true", "textures.mipmaps"),
+        ('[lab.textures]\nchannels = "packed"', "packed"),
+    ],
+)
+def test_what_does_not_go_with_several_grids_is_refused(tmp_path, more, says) -> None:
+    scene = write_two_grids(tmp_path)
+    text = scene.read_text().replace("[render]\npicture_size = 48\n", "")
+    scene.write_text(f"{text}{more}" if more.startswith("[") else f"{more}\n{text}")
+    with pytest.raises(VolprepError, match=says) as error:
+        planned(scene)
+    assert error.value.code == "VP1246"
+
+
+def test_a_device_without_3d_textures_is_refused(tmp_path) -> None:
+    with pytest.raises(VolprepError, match="3D textures") as error:
+        planned(write_two_grids(tmp_path, profile="gles2-4096"))
+    assert error.value.code == "VP1246"
+
+
+def test_channels_on_several_grids_need_no_common_picture(tmp_path) -> None:
+    scene = write_two_grids(tmp_path)
+    scene.write_text(scene.read_text().partition("[together]")[0])
+    found = built(scene)
+    assert [each.name for each in found.manifest.pictures] == ["body", "hot"]
+    assert validate(found).verdict.passed
+
+
+def test_an_orbit_around_one_picture_draws_the_other_in_its_own_box(package) -> None:
+    # The hot spots are where they are in the picture of both, seen by one camera of the world.
+    seen = package_of_transfer(package, "hot").manifest.box
+    camera = np.linalg.inv(seen.world_from_box) @ package.manifest.box.world_from_box
+    matrix = camera @ view_of(package.manifest.box, "anterior")
+    with Renderer(package, transfer="hot") as renderer:
+        alone = renderer.render(matrix, (48, 48))[..., 3]
+    both = picture(package, None, "anterior")
+    redder = both[..., 0] - both[..., 2]
+    assert alone.max() > 0.5
+    assert redder[alone > 0.5].mean() > 2 * redder[(alone == 0.0) & (both[..., 3] > 0.1)].mean()
