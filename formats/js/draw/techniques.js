@@ -129,7 +129,7 @@ export async function loadTechnique(
   check(signal);
   /** @type {Technique | null} */
   let made = null;
-  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack, mesh)));
+  use(() => (made = new Technique(gl, program, passes, level.grid.extent_mm_zyx, stack, mesh)));
   return /** @type {Technique | null} */ (made);
 }
 

@@ -10,6 +10,7 @@ import numpy as np
 from volprep.parts.case import Case
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
+from volprep.scene.wishes import refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Affine, Grid, box_from_box, inverse_of
 
@@ -65,6 +66,8 @@ def _around(first: Grid, others: Sequence[Case]) -> Grid:
 
 def _require_possible(media: Sequence[Case], scene: Scene) -> None:
     """Raise VP1246 for what does not go with several grids."""
+    name = next(case.channel for case in media[1:] if (case.grid, case.placed) != (media[0].grid, media[0].placed))
+    refuse_wishes("VP1246", scene, ("editable", "textures.compression", "textures.mipmaps"), path=scene.name, name=name)
     render = scene.render
     profile = media[0].profile
     others = {
@@ -73,13 +76,9 @@ def _require_possible(media: Sequence[Case], scene: Scene) -> None:
         f"technique {render.technique}": render.technique != "ray-casting",
         f"compositing {render.compositing}": render.compositing != "emission-absorption",
         'textures.channels = "packed"': scene.textures.channels == "packed",
-        f'textures.compression = "{scene.textures.compression}"': scene.textures.compression != "none",
-        "textures.mipmaps": scene.textures.mipmaps,
-        "editable": scene.editable,
         "[hybrid]": scene.hybrid is not None,
         "a transform of the first channel": media[0].placed is not None,
     }
-    name = next(case.channel for case in media[1:] if (case.grid, case.placed) != (media[0].grid, media[0].placed))
     for what, wanted in others.items():
         if wanted:
             raise VolprepError("VP1246", path=scene.name, name=name, what=what)
