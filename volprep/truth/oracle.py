@@ -148,11 +148,9 @@ def _own_from_box(medium: Medium, first: Grid) -> Float64Array:
     grid = medium.volume.grid
     if grid == first and medium.placed is None:
         return np.eye(3, 4)
-    to_world: Float64Array = grid.world_from_box
-    if medium.placed is not None:
-        to_world = np.array([*medium.placed, (0.0, 0.0, 0.0, 1.0)]) @ to_world
-    matrix: Float64Array = np.linalg.solve(to_world, first.world_from_box)
-    return matrix[:3]
+    moved: Float64Array = np.eye(4) if medium.placed is None else np.array([*medium.placed, (0.0, 0.0, 0.0, 1.0)])
+    matrix: Float64Array = np.linalg.solve(moved @ grid.world_from_box, first.world_from_box)[:3]
+    return matrix
 
 
 def function_rows(function: TransferFunction) -> Float64Array:
