@@ -29,7 +29,8 @@ class Sample:
 
     @property
     def box_from_clip(self) -> np.ndarray:
-        grid = Package.open(self.package).manifest.grid
+        manifest = Package.open(self.package).manifest
+        grid = manifest.pictures[0].grid or manifest.grid
         assert grid is not None
         return np.linalg.inv(self.clip_from_world @ grid.world_from_box)
 

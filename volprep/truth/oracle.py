@@ -148,9 +148,8 @@ def _own_from_box(medium: Medium, first: Grid) -> Float64Array:
     grid = medium.volume.grid
     if grid == first and medium.placed is None:
         return np.eye(3, 4)
-    moved: Float64Array = np.eye(4) if medium.placed is None else np.array([*medium.placed, (0.0, 0.0, 0.0, 1.0)])
-    matrix: Float64Array = np.linalg.solve(moved @ grid.world_from_box, first.world_from_box)[:3]
-    return matrix
+    moved = np.array([*medium.placed, (0.0, 0.0, 0.0, 1.0)]) if medium.placed is not None else np.eye(4)
+    return np.linalg.solve(moved @ grid.world_from_box, first.world_from_box)[:3].astype(np.float64)
 
 
 def function_rows(function: TransferFunction) -> Float64Array:
