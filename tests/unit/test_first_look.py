@@ -38,10 +38,11 @@ def look(
     profile=GLES3,
     spacing_mm: float = 1.0,
     far_mm: float = 1.0,
+    modality: str = "",
 ):
     voxels = np.array(values, np.float32).reshape(1, 1, -1)
     grid = Grid.of(voxels.shape, (spacing_mm, spacing_mm, spacing_mm * far_mm))
-    info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set)
+    info = SourceInfo(format="raw", grid=grid, stored_type="float32", unit=unit, level_set=level_set, modality=modality)
     gauge = SlabMeasurer(info)
     gauge.add(voxels)
     points = [{"value": 0.0, "colour": "#ffffff", "extinction_per_mm": 0.0}]
@@ -351,19 +352,20 @@ def test_a_slab_that_is_cut_open_looks_as_its_slices_do(depth, cut, name, axis) 
 
 
 @pytest.mark.parametrize(
-    ("times", "far_mm", "name", "is_whole"),
+    ("times", "far_mm", "modality", "name", "is_whole"),
     [
-        (10.0, 4.0, "slices", True),
-        (10.0, 2.0, "object", True),
-        (10.0, 1.0, "object", False),
-        (1.0, 4.0, "object", True),
+        (10.0, 4.0, "", "slices", True),
+        (10.0, 2.0, "", "object", True),
+        (10.0, 1.0, "MR", "object", True),
+        (10.0, 1.0, "PT", "object", False),
+        (1.0, 4.0, "", "object", True),
     ],
 )
-def test_a_spine_beside_its_coil_is_shown_whole(times: float, far_mm: float, name: str, is_whole: bool) -> None:
+def test_a_spine_beside_its_coil_is_shown_whole(times, far_mm, modality, name, is_whole) -> None:
     rng = np.random.default_rng(4)
     tissue = rng.normal(100.0, 25.0, 6000).clip(20.0) * np.exp(-np.linspace(0.0, np.log(times), 6000))
     noise = np.abs(rng.normal(0.0, 2.0, 4000))
-    scene = look([*tissue, *noise], far_mm=far_mm)
+    scene = look([*tissue, *noise], far_mm=far_mm, modality=modality)
     assert named(scene) == name
     # An even scan of one brightness is a dark field and an object; the far end of an uneven one is a third of its end.
     (function,) = (each.resolved() for each in scene.transfer)
