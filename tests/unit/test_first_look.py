@@ -392,3 +392,13 @@ def test_bones_stay_visible_behind_the_holder_of_a_head_in_other_units(slope: fl
 def test_dense_parts_need_one_tissue_around_them() -> None:
     assert "dense parts" not in look([0.1 * value for value in head(tissue=(40, 250, 2600))]).recognised
     assert "dense parts" not in look([0.1 * value for value in head(bone=(900, 150, 100))]).recognised
+
+
+def test_slices_of_a_spine_are_bright_far_from_its_coil_too() -> None:
+    rng = np.random.default_rng(4)
+    tissue = rng.normal(100.0, 25.0, 6000).clip(20.0) * np.exp(-np.linspace(0.0, np.log(10.0), 6000))
+    scene = look([*tissue, *np.abs(rng.normal(0.0, 2.0, 4000))], far_mm=4.0)
+    points = scene.transfer[0].resolved().points
+    shades = np.interp(np.percentile(tissue, [10, 50]), [p.value for p in points], [p.colour[0] for p in points])
+    assert shades.min() > 0.1
+    assert shades.max() > 0.3

@@ -167,7 +167,7 @@ def _of_values(
         values = replace(values, background=values.dim, median=values.background)
         if apart >= _FAR_APART:
             said = "slices far apart, brighter on one side, drawn as they look"
-            return FirstLook(said, scene.with_transfer((_slices(values),)))
+            return FirstLook(said, scene.with_transfer((_uneven_slices(values),)))
     kind = "an object in a dark field"
     if values.vessels is not None:
         kind = "bright vessels in tissue"
@@ -340,6 +340,12 @@ def _object(statistics: Statistics, values: Values) -> SceneTransfer:
 def _slices(values: Values) -> SceneTransfer:
     """Return a grey ramp over the values without outliers, dense enough that the nearest slice is seen."""
     return _ramp(((values.low, "#000000", 0.0), (values.background, "#404040", 0.6), (values.high, "#ffffff", 0.99)))
+
+
+def _uneven_slices(values: Values) -> SceneTransfer:
+    """Return the same for an object that is bright on one side: most of the greys are for the values of its dim end."""
+    dark = (values.low, "#000000", 0.0), (values.background, "#606060", 0.6)
+    return _ramp((*dark, (values.median, "#c8c8c8", 0.95), (values.high, "#ffffff", 0.99)))
 
 
 def _ramp(steps: tuple[tuple[float, str, float], ...], offset: float = 0.0) -> SceneTransfer:
