@@ -8,7 +8,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.levels.reduce import reduced_slabs
+from volprep.parts.levels.appearance import Looks
+from volprep.parts.levels.fitted import fitted_slabs
 from volprep.parts.on_demand.levels import Brick, bricks_of
 from volprep.parts.on_demand.loss import CodeLook, brick_loss
 from volprep.parts.stage import Stage, Work, any_channel, required
@@ -17,6 +18,7 @@ from volprep.parts.work import codes_of_source
 from volprep.plan.products import OnDemandPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
+from volprep.transfer.lookup import lookup_table
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import SOFT_SLOPE
@@ -26,6 +28,9 @@ from volprep_formats.package.parts.on_demand.record import OnDemand
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
+
+_ENTRIES = 256
+"""Entries of the tables that levels are made for."""
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
@@ -51,10 +56,14 @@ def _bricks(
     ]
     visible = COMPOSITINGS[plan.shared.compositing].visible_table
     shown = [visible(Table.exact(each)) for each in plan.transfer_functions]
+    window = plan.quantize.window
+    seen = Looks([lookup_table(each, window, _ENTRIES) for each in plan.transfer_functions], source, spacing)
     coarser, before = None, wanted.factors_zyx[-1]
     with TemporaryDirectory(dir=draft.folder) as folder:
         for number, factors in reversed([*enumerate(wanted.factors_zyx)]):
-            level = _level(source, wanted.shape_zyx(number, source.shape_zyx), factors, Path(folder) / str(number))
+            level = _level(
+                source, wanted.shape_zyx(number, source.shape_zyx), factors, seen, Path(folder) / str(number)
+            )
             z, y, x = (f * h for f, h in zip(factors, spacing, strict=True))
             steps = tuple(c // f for c, f in zip(before, factors, strict=True))
             for brick in bricks_of(level, coarser, (steps[0], steps[1], steps[2]), wanted.size, wanted.ghost):
@@ -65,13 +74,18 @@ def _bricks(
             progress.advance()
 
 
-def _level(source: RawVolume, shape_zyx: tuple[int, int, int], factors: tuple[int, int, int], path: Path) -> RawVolume:
-    """Return a level of means, which are the same however the picture is classified."""
+def _level(
+    source: RawVolume, shape_zyx: tuple[int, int, int], factors: tuple[int, int, int], seen: Looks, path: Path
+) -> RawVolume:
+    """Return a level made for the transfer functions, whose common tables draw all levels.
+
+    Means of values are three to four times as far from level 0 where a function is steep (docs/MEASURED.md).
+    """
     if factors == (1, 1, 1):
         return source
     level = RawVolume(path, shape_zyx, source.dtype)
     with level.writing() as append:
-        for slices, _ in reduced_slabs(source, factors, "box"):
+        for slices, _ in fitted_slabs(source, factors, seen.of_level(factors)):
             append(slices)
     return level
 
