@@ -110,6 +110,15 @@ class Choices:
             metavar="VALUE",
         ),
     ] = None
+    with_: Annotated[
+        Path | None,
+        typer.Option(
+            "--with",
+            help="Second scan, drawn over the first one as a veil of colour: PET or a dose over CT. It may have a grid "
+            "of its own in the same frame of reference. For a scan without a scene.",
+            metavar="PATH",
+        ),
+    ] = None
     segments: Annotated[
         Path | None,
         typer.Option(
@@ -145,7 +154,7 @@ class Choices:
     def of(self, request: "Request") -> "Request":
         """Return the request with these choices applied.
 
-        Raises VP1243 for a list of channels, VP3005 for the preset.
+        Raises VP1243 for a list of channels, VP3005 for the preset, VP3078 for a second scan over more than a scan.
         """
         told: dict[str, object] = {
             "series": self.series,
@@ -168,7 +177,8 @@ class Choices:
             settings = {"names": self.segment_names, "table": self._table()}
             told_of_segments = {key: value for key, value in settings.items() if value is not None}
             request = request.with_segments(self.segments, **told_of_segments)
-        return request if self.preset is None else request.with_preset(self.preset)
+        request = request if self.preset is None else request.with_preset(self.preset)
+        return request if self.with_ is None else request.with_veil(self.with_)
 
     def _frames(self) -> int | str | None:
         if self.frames is None:

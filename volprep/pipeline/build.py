@@ -110,7 +110,7 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
     if prepared.segments is not None:
         segments, found = find_segments(prepared.segments, first.info.grid, progress)
         labels = InMemory.of(found)
-    scene = prepared.looked_at(first.info, first.measured, segments)
+    scene = prepared.looked_at([(each.info, each.measured) for each in scanned], segments)
     return make_plan(scene, prepared.profile, scanned, segments, labels)
 
 

@@ -1,6 +1,6 @@
 """First step of a build: the request with its channels listed, ready to be opened."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
 from volprep.scene.first_look import with_first_look, with_segment_styles
+from volprep.scene.fused_look import Sampled, with_fused_look
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -68,10 +69,14 @@ class Prepared:
         path = Path("/") / path_of_text(wanted.source)
         return SegmentSource(path, wanted.table, self.channels[0].spec, wanted.smoothing_mm)
 
-    def looked_at(self, info: SourceInfo, measured: Measured, segments: FoundSegments | None) -> Scene:
-        """Return the scene with the transfer functions that suit the measurements, if it has none."""
+    def looked_at(self, found: Sequence[tuple[SourceInfo, Measured]], segments: FoundSegments | None) -> Scene:
+        """Return the scene with the transfer functions that suit the measurements of its channels, if it has none."""
         if not self.first_look:
             return self.scene
+        if len(found) > 1:
+            body, veil = (Sampled(info, each.statistics, each.rays_zyx[0]) for info, each in found)
+            return with_fused_look(self.scene, body, veil)
+        info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces
         scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)
         holding = holding_segments(segments) if segments else ()

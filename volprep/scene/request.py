@@ -7,6 +7,7 @@ from typing import Literal, Self
 
 from pydantic import ValidationError
 
+from volprep.scene.fused_look import with_veil
 from volprep.scene.points import Measure, ScenePoint
 from volprep.scene.presets import preset_names
 from volprep.scene.profiles import load_profile
@@ -55,6 +56,13 @@ class Request:
         wanted = self.scene.segments
         wanted = SegmentsSettings.model_validate(told) if wanted is None else wanted.model_copy(update=told)
         return replace(self, scene=self.scene.with_segments(wanted))
+
+    def with_veil(self, source: Path) -> Self:
+        """Return the same request with a second scan over the first one. Raises VP3078 unless it is a scan alone."""
+        scene = self.scene
+        if not self.first_look or scene.segments is not None or scene.source.channels or scene.source.frames:
+            raise VolprepError("VP3078", path=source)
+        return replace(self, scene=with_veil(scene, SourceSpec(path=path_text(source.absolute()))))
 
     def with_grid(self, size: Literal["auto"] | int) -> Self:
         """Return the same request with sub-volumes of another size."""

@@ -157,6 +157,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "frames of a time series cannot be combined with {what}",
         "Leave out one of them, or choose one volume with --volume N or source.volume.",
     ),
+    "VP3078": Diagnostic(
+        ExitStatus.SCENE,
+        "{path}: a second scan is drawn over a scan alone, not over a scene, a preset, segments or a time series",
+        "List both files in [[source.channels]] of a scene with [together], which may have all transfer functions.",
+    ),
     "VP3080": Diagnostic(
         ExitStatus.SCENE,
         "transfer functions cannot be editable together with {what}, which depends on the current functions",
