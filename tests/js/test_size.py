@@ -55,7 +55,16 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
         *("environment.js", "finisher.js", "rotate.js"),
         *("on_demand.js", "brick_fetch.js", "brick_index.js", "view_loss.js"),
         *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
-        *("fallbacks.js", "fidelity.js", "gestures.js", "half_angle.js", "ruler.js", "service_worker.js", "stage.js"),
+        *(
+            "fallbacks.js",
+            "fidelity.js",
+            "frames.js",
+            "gestures.js",
+            "half_angle.js",
+            "ruler.js",
+            "service_worker.js",
+            "stage.js",
+        ),
         *(
             "finish.js",
             "halves.js",

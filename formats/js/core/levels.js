@@ -88,7 +88,16 @@ export class Levels {
     const levels = this.of(picture);
     if (!levels.length) return Promise.reject(nothing(this.#pack, picture, "any level"));
     const level = levels.includes(this.want.level) ? this.want.level : levels[0];
-    this.want = { ...this.want, picture, level, point: null };
+    return this.draw({ picture, level, point: null });
+  }
+
+  /**
+   * Draws something else from then on.
+   * @param {Partial<Want>} want
+   * @returns {Promise<boolean>} false if another request came first
+   */
+  draw(want) {
+    this.want = { ...this.want, ...want };
     return this.climb(false);
   }
 
@@ -103,12 +112,11 @@ export class Levels {
     this.#abort = new AbortController();
     const { signal } = this.#abort;
     const { picture, level, point, frame } = this.want;
-    const now = this.drawn?.choice.level.index;
+    const now = this.drawn?.choice.level.index ?? Infinity;
     const coarser = this.of(picture)
       .filter((each) => each >= level)
       .reverse();
-    const from = point === null && now !== undefined && now >= level ? coarser.indexOf(now) : 0;
-    const steps = point !== null || (now !== undefined && now < level) ? [level] : coarser.slice(Math.max(from, 0));
+    const steps = point !== null || now < level ? [level] : coarser.slice(Math.max(coarser.indexOf(now), 0));
     if (point === null)
       for (const index of steps) this.#pack.expect(filesOf(this.#pack, picture, index, frame), signal);
     // Files come meanwhile.
@@ -116,20 +124,17 @@ export class Levels {
     /** @type {() => void} */
     let tell = () => {};
     const begun = new Promise((resolve) => (tell = () => resolve(true)));
-    const all = async () => {
-      const failed = await climb(
-        steps,
-        (index) => this.#swap(index, signal),
-        () => this.drawn && tell(),
-      );
-      if (failed && !this.drawn) throw failed;
-      if (failed) this.drawn?.notes.push(failed.message);
-      return true;
-    };
-    const work = all().catch((error) => {
-      if (signal.aborted || this.#pack.signal.aborted) return false;
-      throw error;
-    });
+    const reached = () => this.drawn && tell();
+    const work = climb(steps, (index) => this.#swap(index, signal), reached)
+      .then((failed) => {
+        if (failed && !this.drawn) throw failed;
+        if (failed) this.drawn?.notes.push(failed.message);
+        return true;
+      })
+      .catch((error) => {
+        if (signal.aborted || this.#pack.signal.aborted) return false;
+        throw error;
+      });
     this.ready = work;
     work.catch((error) => first && this.drawn && this.#options.onError?.(error));
     return first ? Promise.race([begun, work]) : work;

@@ -35,6 +35,7 @@
  *   left out if absent
  * @property {number} [frameMs] how long a picture may take while the camera moves, 33 if absent; with Infinity all are
  *   drawn in full
+ * @property {number} [frameBytes] of textures of other frames of a time series that stay on the GPU, 120 MB if absent
  * @property {boolean} [relight] whether ambient occlusion is computed again, in the background, after an edit of a
  *   transfer function with precomputed light; without it such light is left out
  * @property {boolean} [depth] whether rays always end at the depth that `draw` is given

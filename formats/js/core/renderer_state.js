@@ -99,8 +99,8 @@ export class RendererState extends EventTarget {
   /** Missing features of this device with their fallbacks, and levels that could not be drawn, with the reason. */
   get notes() {
     const kind = this._levels.device?.pictures.kind.name ?? "RGBA16F";
-    const coarse = `pictures are kept in ${kind}, without half floats: dark parts may show bands`;
-    return [...(kind === "RGBA16F" ? [] : [coarse]), ...(this._levels.drawn?.notes ?? [])];
+    const { notes = [] } = this._levels.drawn ?? {};
+    return kind === "RGBA16F" ? notes : [`pictures are kept in ${kind}: dark parts may show bands`, ...notes];
   }
 
   /** A number that changes whenever the same camera would see another picture. */
@@ -136,20 +136,15 @@ export class RendererState extends EventTarget {
   async setLevel(index) {
     const levels = this._levels;
     levels.require(levels.want.picture, index);
-    levels.want = { ...levels.want, level: index, point: null };
-    return levels.climb(false);
+    return levels.draw({ level: index, point: null });
   }
 
   /**
-   * Draws another frame of a time series. The picture stays until the textures of the frame are there.
-   * @param {number} frame
+   * Draws another frame of a time series, or the one that is seen at a time in seconds.
+   * @param {number | {seconds: number}} frame
    */
   async setFrame(frame) {
-    const levels = this._levels;
-    levels.require(levels.want.picture, levels.want.level, frame);
-    levels.want = { ...levels.want, frame };
-    this._changes.version++;
-    return levels.refresh();
+    return (await import("./frames.js")).show(this, frame, this.#options);
   }
 
   /**
@@ -158,8 +153,7 @@ export class RendererState extends EventTarget {
    * @returns {Promise<boolean>} false if another request came first
    */
   setPoint(point) {
-    this._levels.want = { ...this._levels.want, point };
-    return this._levels.climb(false);
+    return this._levels.draw({ point });
   }
 
   /**

@@ -215,8 +215,8 @@ export function* contradictions(manifest, more) {
     yield "it is sealed without channels, textures, pictures or programs";
   for (const { name, drawings, pieces, on_demand: bricks } of pictures) {
     if (!drawings.length) yield `picture ${name} has no drawing`;
-    if (pieces && !manifest.subvolumes) yield `picture ${name} has pieces, and the package has no sub-volumes`;
-    if (bricks && !manifest.on_demand) yield `picture ${name} is drawn on demand, and the package has no bricks`;
+    if (pieces && !manifest.subvolumes) yield `picture ${name} has pieces, the package no sub-volumes`;
+    if (bricks && !manifest.on_demand) yield `picture ${name} is drawn on demand, the package has no bricks`;
   }
   const uses = [
     ...textures.map((each) => [each.file, "texture"]),

@@ -43,6 +43,9 @@ export class Textures {
   /** Files come at the same time, but go to the GPU one piece after the other. @type {Promise<unknown>} */
   #turn = Promise.resolve();
 
+  /** Bytes of textures that stay though nothing is drawn with them now. */
+  spare = 0;
+
   /** @param {Gl} gl @param {Package} pack */
   constructor(gl, pack) {
     this.#gl = gl;
@@ -92,12 +95,14 @@ export class Textures {
   }
 
   /**
-   * Frees every texture that is not among these.
+   * Frees every texture that is not among these, but for the oldest others of `spare` bytes: of frames that are played
+   * again and again, the same ones are then always there.
    * @param {readonly Made[]} kept
    */
   keep(kept) {
+    let { spare } = this;
     for (const [key, made] of this.#made) {
-      if (kept.includes(made)) continue;
+      if (kept.includes(made) || (spare -= made.bytes) >= 0) continue;
       this.#gl.deleteTexture(made.handle);
       this.#made.delete(key);
     }

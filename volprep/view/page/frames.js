@@ -1,10 +1,11 @@
-/** Frames of a time series: a slider, and a button that plays them in their own time. */
+/** Frames of a time series: a slider, and a button that plays them in their own time. Late frames are skipped. */
 import { byId, make } from "./dom.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
-/** Milliseconds from frame to frame where the package does not say when they were taken. */
-const PACE = 100;
+/** Seconds from frame to frame where the package does not say when they were taken. */
+const PACE_S = 0.1;
+const SPEEDS = [0.25, 0.5, 1, 2, 4];
 
 /**
  * Shows the controls if the package is a time series.
@@ -13,33 +14,47 @@ const PACE = 100;
 export function frameControls({ renderer }) {
   const { frames = [] } = renderer.package.manifest;
   if (!frames.length) return;
-  const slider = make("input", { type: "range", min: 0, max: frames.length - 1, value: 0, "aria-label": "Frame" });
+  const last = frames.length - 1;
+  const isTimed = frames.every(({ time_s: time }) => time !== undefined);
+  const times = frames.map(({ time_s: time = 0 }, k) => (isTimed ? time - (frames[0].time_s ?? 0) : k * PACE_S));
+  // The last frame is seen as long as the one before it.
+  const length = last ? 2 * times[last] - times[last - 1] : PACE_S;
+  const slider = make("input", { type: "range", min: 0, max: last, value: 0, "aria-label": "Frame" });
   const told = make("output");
   const play = make("button", { type: "button", "aria-pressed": "false" }, "Play");
-  let isPlaying = false;
+  const options = SPEEDS.map((each) => make("option", { value: each, selected: each === 1 }, `${each}×`));
+  const speed = make("select", { "aria-label": "Speed" }, ...options);
+  /** The place in time where playing began, and the clock then; null while it rests. @type {{at: number, clock: number} | null} */
+  let begun = null;
   const show = async () => {
     const { time_s: seconds } = frames[slider.valueAsNumber];
     told.textContent = `frame ${slider.value}${seconds === undefined ? "" : `, ${number(seconds)} s`}`;
     await renderer.setFrame(slider.valueAsNumber).catch(showProblem);
   };
+  const begin = () => (begun &&= { at: times[slider.valueAsNumber], clock: performance.now() });
   const step = async () => {
-    if (!isPlaying) return;
-    const began = performance.now();
-    const next = (slider.valueAsNumber + 1) % frames.length;
-    const [before, now] = [frames[next - 1]?.time_s, frames[next].time_s];
-    const pause = before === undefined || now === undefined ? PACE : 1000 * (now - before);
-    slider.value = String(next);
-    await show();
-    setTimeout(step, pause - (performance.now() - began));
+    if (!begun) return;
+    const now = (begun.at + ((performance.now() - begun.clock) / 1000) * Number(speed.value)) % length;
+    const later = times.findIndex((time) => time > now);
+    const frame = (later < 0 ? frames.length : later) - 1;
+    if (frame !== slider.valueAsNumber) {
+      slider.value = String(frame);
+      await show();
+    }
+    requestAnimationFrame(step);
   };
-  slider.addEventListener("input", show);
+  slider.addEventListener("input", () => {
+    begin();
+    show();
+  });
+  speed.addEventListener("change", begin);
   play.addEventListener("click", () => {
-    isPlaying = !isPlaying;
-    play.setAttribute("aria-pressed", String(isPlaying));
-    play.textContent = isPlaying ? "Pause" : "Play";
+    begun = begun ? null : { at: times[slider.valueAsNumber], clock: performance.now() };
+    play.setAttribute("aria-pressed", String(!!begun));
+    play.textContent = begun ? "Pause" : "Play";
     step();
   });
-  byId("time-body").replaceChildren(make("div", { className: "buttons" }, play, slider), told);
+  byId("time-body").replaceChildren(make("div", { className: "buttons" }, play, speed, slider), told);
   byId("time").hidden = false;
   show();
 }
