@@ -1,5 +1,6 @@
 """Channels on grids of their own in one picture: what the package holds, what it draws, and what is refused."""
 
+import nibabel
 import numpy as np
 import pytest
 from judged import validate
@@ -166,3 +167,34 @@ def test_an_orbit_around_one_picture_draws_the_other_in_its_own_box(package) -> 
     redder = both[..., 0] - both[..., 2]
     assert alone.max() > 0.5
     assert redder[alone > 0.5].mean() > 2 * redder[(alone == 0.0) & (both[..., 3] > 0.1)].mean()
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.25, 0.4])
+def test_a_dose_off_by_a_part_of_a_voxel_is_drawn_there_to_a_hundredth_of_a_voxel(tmp_path, offset) -> None:
+    # A dose that rises along x, seen along y: the opacity of a pixel says which value its ray met.
+    spacing, count = 4.0, 21
+    scene = write_two_grids(tmp_path, more="[quantize]\nwindow = [0.0, 255.0]")
+    rising = np.broadcast_to(12.0 * np.arange(count)[:, None, None], (count, 11, 9)).astype(np.float32)
+    corner = np.array([-40.0, -20.0, -16.0]) + offset * spacing
+    nibabel.save(
+        nibabel.Nifti1Image(rising, nibabel.affines.from_matvec(spacing * np.eye(3), corner)), tmp_path / "pet.nii"
+    )
+    text = scene.read_text()
+    body, hot = text.index('name = "body"'), text.index('name = "hot"')
+    dose = 'name = "hot"\nchannel = "pet"\npoints = [{ value = 0.0, colour = "#ffffff", extinction_per_mm = 0.0 }, '
+    dose += '{ value = 255.0, colour = "#ffffff", extinction_per_mm = 0.05 }]\n'
+    faint = 'name = "body"\npoints = [{ value = 0.0, colour = "#ffffff", extinction_per_mm = 0.0 }, '
+    faint += '{ value = 1.0, colour = "#ffffff", extinction_per_mm = 1e-12 }]\n\n[[transfer]]\n'
+    scene.write_text(text[:body] + faint + dose + text[text.index("[together]", hot) :])
+    package = built(scene)
+    box = package.manifest.box
+    with Renderer(package, target="rgba32f") as renderer:
+        alpha = renderer.render(view_of(box, "anterior"), (128, 128))[64, :, 3].astype(float)
+    clip = np.array([[(2 * column + 1) / 128 - 1, 1 / 128, 0.0, 1.0] for column in range(128)])
+    # NIfTI's x points to the right, the world's to the left.
+    right_mm = -(box.world_from_box @ view_of(box, "anterior") @ clip.T)[0]
+    found_voxel = -np.log1p(-alpha) / (11 * spacing * 0.05) * 255 / 12
+    true_voxel = (right_mm - corner[0]) / spacing
+    met = (true_voxel > 0.5) & (true_voxel < count - 1.5)
+    assert met.sum() > 50
+    assert np.abs(found_voxel - true_voxel)[met].max() < 0.01
