@@ -61,6 +61,8 @@ LARGEST_NUMBER = 2**53 - 1
 ROUNDED = "wide integers are rounded to 32-bit floating point"
 """Beginning of the remark about integers that are too wide."""
 
+SUV_UNIT = "g/ml"
+"""Unit of standardised uptake values by body weight."""
 _NAMES = ("series", "channel", "grid", "label_table")
 """Fields of a source with untrusted names, which may be names of a patient."""
 
@@ -175,6 +177,9 @@ class SourceSpec(Record):
     repair: tuple[RepairKind, ...] = ()
     """DICOM only: errors to repair by interpolation if slices do not form a grid. "gaps": missing slices and uneven
     distances. "tilt": a tilted gantry. If absent, such a series is refused."""
+    suv: bool = False
+    """DICOM PET only: whether activity becomes SUV by body weight (g/ml), if the header says dose, weight and times. If
+    it does not, the values stay, and a remark says what is missing."""
     rgb: GreyOf | None = None
     """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
     0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""

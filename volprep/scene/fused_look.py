@@ -2,7 +2,7 @@
 
 The first scan is a translucent body, whose bones or dense parts show where things lie; no light falls on it, because
 what lies within is seen through it. The second one is a veil of colour over the values that people look for: uptake
-from a quarter of the largest value on, a dose from a tenth on in the colours of isodoses.
+from an SUV of 1.5 on, or from a fifth of the largest value, and a dose from a tenth on in the colours of isodoses.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.channel import Statistics
-from volprep_formats.source import ChannelSpec, SourceInfo, SourceSpec
+from volprep_formats.source import SUV_UNIT, ChannelSpec, SourceInfo, SourceSpec
 
 BODY, VEIL = "body", "veil"
 """Names of the channels, and of their transfer functions."""
@@ -31,6 +31,7 @@ _BODY_HU = (
 )
 _UPTAKE = ((0.2, "#3a0a00", 0.0), (0.35, "#c83200", 0.25), (0.6, "#ff8a10", 0.55), (0.9, "#ffe860", 0.8))
 """Share of the largest value, colour and opacity."""
+_SUV = ((1.5, "#3a0a00", 0.0), (3.0, "#c83200", 0.25), (6.0, "#ff8a10", 0.55), (10.0, "#ffe860", 0.8))
 _DOSE = (
     (0.08, "#1030c0", 0.0),
     (0.3, "#1478e0", 0.05),
@@ -56,7 +57,7 @@ class Sampled:
 def with_veil(scene: Scene, source: SourceSpec) -> Scene:
     """Return the scene of one scan with a second scan over it, whose looks are decided when both are measured."""
     body = ChannelSpec.model_validate({**scene.source.model_dump(exclude={"channels"}), "name": BODY})
-    veil = ChannelSpec.model_validate({**source.model_dump(exclude={"channels"}), "name": VEIL})
+    veil = ChannelSpec.model_validate({**source.model_dump(exclude={"channels"}), "name": VEIL, "suv": True})
     undecided = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
     looks = tuple(SceneTransfer(name=name, channel=name, points=undecided) for name in (BODY, VEIL))
     both = scene.with_source(SourceSpec(channels=(body, veil))).with_transfer(looks)
@@ -88,6 +89,8 @@ def _of_veil(scan: Sampled) -> tuple[str, SceneTransfer]:
     low, high = scan.statistics.minimum, scan.statistics.maximum
     if scan.info.modality == "RTDOSE" or scan.info.unit == "Gy":
         return "a dose, coloured from a tenth of its largest value on", _over(_DOSE, 0.0, high)
+    if scan.info.unit == SUV_UNIT:
+        return "uptake, coloured from an SUV of 1.5 on", _transfer(VEIL, _SUV)
     if scan.info.modality in {"PT", "NM"}:
         return "uptake, coloured from a fifth of its largest value on", _over(_UPTAKE, 0.0, high)
     return "a map, coloured from a fifth of its range on", _over(_UPTAKE, low, high)

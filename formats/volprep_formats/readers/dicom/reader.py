@@ -33,6 +33,7 @@ from volprep_formats.readers.dicom.pixels import (
     stored_range,
 )
 from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
+from volprep_formats.readers.dicom.uptake import Uptake, uptake_of
 from volprep_formats.readers.dicom.value_table import looked_up, table_range
 from volprep_formats.readers.grey import grey_remark
 from volprep_formats.source import ColourChannel, GreyOf, RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
@@ -203,6 +204,7 @@ def _open(
     pixels = [image.pixels for image in images if image.pixels is not None]
     first = images[0]
     one_rescale = len({(image.slope, image.intercept) for image in images}) == 1
+    uptake = uptake_of(images) if spec.suv else Uptake(1.0, first.unit, "")
     if spec.colour is not None:
         remarks = (*stack.remarks, *_remarks(images, one_rescale=True), *_left_out(scanned, series))
         info = SourceInfo(
@@ -213,19 +215,24 @@ def _open(
         format="dicom",
         grid=stack.grid,
         stored_type=_stored_type(images) if one_rescale else "float32",
-        slope=first.slope if one_rescale else 1.0,
-        intercept=first.intercept if one_rescale else 0.0,
-        unit=first.unit,
+        slope=first.slope * uptake.factor if one_rescale else 1.0,
+        intercept=first.intercept * uptake.factor if one_rescale else 0.0,
+        unit=uptake.unit,
         modality=first.modality,
-        remarks=(*stack.remarks, *_remarks(images, one_rescale=one_rescale), *_left_out(scanned, series)),
+        remarks=(
+            *stack.remarks,
+            *_remarks(images, one_rescale=one_rescale),
+            *_left_out(scanned, series),
+            *((uptake.remark,) if uptake.remark else ()),
+        ),
     )
     slices = [
         _Slice(
             pixels=encoded,
             table=image.table,
             mirror=sum(_range(image, encoded)) if _is_turned(encoded, first.unit) else None,
-            slope=1.0 if one_rescale else image.slope,
-            intercept=0.0 if one_rescale else image.intercept,
+            slope=1.0 if one_rescale else image.slope * uptake.factor,
+            intercept=0.0 if one_rescale else image.intercept * uptake.factor,
         )
         for image, encoded in zip(images, pixels, strict=True)
     ]

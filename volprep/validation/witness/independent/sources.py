@@ -49,7 +49,7 @@ _SUFFIXES = {
     ".npz": "npy",
     ".dcm": "dicom",
 }
-_CHANGES_VALUES = ("mask", "nan", "rgb", "repair", "missing", "level")
+_CHANGES_VALUES = ("mask", "nan", "rgb", "repair", "missing", "level", "suv")
 """Keys of a source that change the voxels of the file."""
 
 
