@@ -286,6 +286,7 @@ def test_volumes_that_nothing_tells_apart_are_refused_with_or_without_a_choice(t
     others = stack(4)
     for k, data in enumerate(others):
         data.SOPInstanceUID = f"1.2.9.{k}"
+        data.PixelData = data.PixelData[::-1]
     save_all(others, tmp_path / "b")
     with pytest.raises(VolprepError, match="VP2006"):
         open_source(SourceSpec(path=".", volume=1), tmp_path, Silent())
@@ -383,3 +384,11 @@ def test_frames_that_do_not_fill_the_pixel_data_exactly_are_refused(tmp_path, li
     if "NumberOfFrames" in lie:
         del data.PerFrameFunctionalGroupsSequence[-1]
     assert refusal(data, tmp_path).code == "VP1045"
+
+
+def test_frames_that_another_file_repeats_are_counted_where_it_has_others_too(tmp_path) -> None:
+    for name, order in (("a", [0, 1, 2]), ("b", [0, 1, 3])):
+        save(enhanced(order=order), tmp_path / name)
+    voxels, info = read(tmp_path)
+    assert voxels[:, 0, 0].tolist() == [0, 100, 200, 300]
+    assert "images that are copies of others of the series were left out: 2" in info.remarks

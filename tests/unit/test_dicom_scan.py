@@ -193,7 +193,7 @@ def test_copies_of_images_are_left_out_and_said(tmp_path, syntax) -> None:
     shutil.copy(tmp_path / "one/I003", tmp_path / "I003 (1)")
     info = read_info(tmp_path)
     assert info.grid.shape_zyx == (5, 3, 4)
-    assert info.remarks == ("files that are copies of images of the series were left out: 6",)
+    assert info.remarks == ("images that are copies of others of the series were left out: 6",)
 
 
 def test_images_that_share_a_uid_and_differ_are_no_copies(tmp_path) -> None:
@@ -213,7 +213,7 @@ def test_copies_with_a_uid_and_a_number_of_their_own_are_left_out_and_said(tmp_p
         save(copy, tmp_path / f"again{z}")
     info = read_info(tmp_path)
     assert info.grid.shape_zyx == (5, 3, 4)
-    assert info.remarks == (f"files that are copies of images of the series were left out: {len(again)}",)
+    assert info.remarks == (f"images that are copies of others of the series were left out: {len(again)}",)
 
 
 def test_another_image_at_the_place_of_a_slice_is_refused_though_copies_are_left_out(tmp_path) -> None:

@@ -409,7 +409,7 @@ def _left_out(scanned: Scan, chosen: Series) -> list[str]:
         images = sum(len(series.images) for series in others)
         remarks.append(f"other series in the folder were left out: {len(others)}, with {images} images")
     if chosen.copies:
-        remarks.append(f"files that are copies of images of the series were left out: {chosen.copies}")
+        remarks.append(f"images that are copies of others of the series were left out: {chosen.copies}")
     if scanned.damaged:
         remarks.append(f"files without a DICOM header, whose names say DICOM, were left out: {len(scanned.damaged)}")
     if scanned.other_files:

@@ -31,7 +31,7 @@ class Series:
     uid: str
     images: tuple[SliceImage, ...]
     copies: int = 0
-    """Number of files that hold nothing but copies of these images, and are left out."""
+    """Number of copies of these images, which are left out."""
 
     @property
     def files(self) -> int:
@@ -100,14 +100,14 @@ def _scan(path: Path, files: Sequence[Path], progress: Progress) -> Scan:
         for image in slices:
             series.setdefault(image.series_uid, []).append(image)
         progress.advance()
-    found = tuple(_without_copies(Series(uid, tuple(images))) for uid, images in sorted(series.items()))
-    other_files = len(files) - len(damaged) - sum(s.files + s.copies for s in found)
-    return Scan(path, found, tuple(damaged), other_files)
+    found = tuple(Series(uid, tuple(images)) for uid, images in sorted(series.items()))
+    other_files = len(files) - len(damaged) - sum(s.files for s in found)
+    return Scan(path, tuple(map(_without_copies, found)), tuple(damaged), other_files)
 
 
 def _without_copies(series: Series) -> Series:
-    kept = Series(series.uid, without_copies(series.images))
-    return replace(kept, copies=series.files - kept.files)
+    kept = without_copies(series.images)
+    return replace(series, images=kept, copies=len(series.images) - len(kept))
 
 
 def no_images(path: Path, files: int) -> VolprepError:
