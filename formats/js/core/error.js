@@ -38,12 +38,12 @@ export const WORDS = {
   VP5017: ["program {name}: the manifest names {named}, but the shaders use {found}", "Build the package again."],
   VP5018: [
     "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
-    "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
+    "Name one of these. Of a draft, run the stage shaders first.",
   ],
   VP5019: ["a step of {step_mm} mm is not possible here: {reason}", "Ask for another step."],
   VP7010: [
     "the package needs {needed}, but this page has {found}",
-    "Use a browser and a device that have it, or build the package for the profile gles2-2048.",
+    "Use another browser or device, or build the package for the profile gles2-2048.",
   ],
   VP7011: [
     "texture {name}: {axis} {size} is more than this device takes, {limit}",

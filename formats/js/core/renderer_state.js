@@ -98,9 +98,10 @@ export class RendererState extends EventTarget {
 
   /** Missing features of this device with their fallbacks, and levels that could not be drawn, with the reason. */
   get notes() {
-    const kind = this._levels.device?.pictures.kind.name ?? "RGBA16F";
-    const { notes = [] } = this._levels.drawn ?? {};
-    return kind === "RGBA16F" ? notes : [`pictures are kept in ${kind}: dark parts may show bands`, ...notes];
+    const { device, drawn } = this._levels;
+    const kind = device?.pictures.kind.name ?? "RGBA16F";
+    const coarse = kind === "RGBA16F" ? [] : [`pictures are kept in ${kind}: dark parts may show bands`];
+    return coarse.concat(drawn?.notes ?? []);
   }
 
   /** A number that changes whenever the same camera would see another picture. */
@@ -162,11 +163,8 @@ export class RendererState extends EventTarget {
    */
   setStep(mm) {
     const least = this._least();
-    const isNumber = mm === undefined || (mm > 0 && Number.isFinite(mm));
-    const reason = isNumber
-      ? mm !== undefined && mm < least && `the shortest is ${least} mm`
-      : "it must be a positive number";
-    if (reason) throw new VolpkgError("VP5019", { step_mm: mm, reason });
+    if (mm !== undefined && !(mm >= least && mm < Infinity))
+      throw new VolpkgError("VP5019", { step_mm: mm, reason: `it must be a number from ${least} on` });
     this.#step = mm;
     this._changed();
   }

@@ -169,9 +169,8 @@ export class Stage {
  * @param {Orbit} orbit @param {number} aspect @param {import("../core/types.js").Grid} grid
  */
 function fitting(orbit, aspect, grid) {
-  if (aspect >= 1) return orbit.boxFromClip(aspect, grid);
   const { zoom } = orbit;
-  orbit.zoom = zoom * aspect;
+  orbit.zoom *= Math.min(aspect, 1);
   const matrix = orbit.boxFromClip(aspect, grid);
   orbit.zoom = zoom;
   return matrix;

@@ -31,7 +31,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP7010": Diagnostic(
         ExitStatus.RENDER,
         "the package needs {needed}, but this page has {found}",
-        "Use a browser and a device that have it, or build the package for the profile gles2-2048.",
+        "Use another browser or device, or build the package for the profile gles2-2048.",
     ),
     "VP7011": Diagnostic(
         ExitStatus.RENDER,

@@ -92,7 +92,7 @@ ENTRIES: dict[str, Diagnostic] = {
     "VP5018": Diagnostic(
         ExitStatus.PACKAGE,
         "{package}: the package cannot draw {level} with {transfer}. It can draw {known}",
-        "Name one of these. For a draft, run the stages transfer, texture or mosaic, and shaders first.",
+        "Name one of these. Of a draft, run the stage shaders first.",
     ),
     "VP5019": Diagnostic(
         ExitStatus.RENDER,
