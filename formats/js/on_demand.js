@@ -134,6 +134,7 @@ class Bricks {
 
   /** Chooses bricks if the camera has come to rest somewhere else. */
   #look() {
+    if (/** @type {any} */ (this.#renderer)._levels.closed) return this.dispose();
     const { inside } = this.#renderer;
     if (!inside?.last || !this.#texture(POOL)) return;
     const { boxFromClip, width, height } = inside.last;
@@ -156,6 +157,7 @@ class Bricks {
     while (!signal.aborted && this.state.bound > target) {
       const next = this.#wanted.filter((brick) => !this.#at.has(brick) && !this.#broken.has(brick)).slice(0, BATCH);
       if (!next.length) return;
+      this.#makeRoom(next.length);
       await fetchBricks(
         this.#index,
         next,
@@ -171,37 +173,32 @@ class Bricks {
     }
   }
 
-  /** Puts a brick into a free place, or into that of one that the view needs least. @param {number} brick @param {Uint8Array} texels */
+  /** Puts a brick into a free place. @param {number} brick @param {Uint8Array} texels */
   #hold(brick, texels) {
-    const place = this.#free();
-    if (place < 0) return;
-    const before = this.#held[place];
-    if (before >= 0) this.#at.delete(before);
+    const place = this.#held.indexOf(-1);
+    if (place < 0 || place >= this.#places) return;
     this.#held[place] = brick;
     this.#at.set(brick, place);
     this.#fetched += this.#index.size[brick];
     const { layout, pitch } = this.#index;
     const [, ny, nx] = layout.places_zyx;
-    const at = [place % nx, Math.floor(place / nx) % ny, Math.floor(place / (nx * ny))];
-    // What replaces another brick must not be seen in its place.
-    if (before >= 0) this.#send();
-    this.#upload(
-      POOL,
-      at.map((each) => each * pitch),
-      [pitch, pitch, pitch],
-      texels,
-    );
+    const corner = [place % nx, Math.floor(place / nx) % ny, Math.floor(place / (nx * ny))].map((at) => at * pitch);
+    this.#upload(POOL, corner, [pitch, pitch, pitch], texels);
   }
 
-  /** A free place, or one whose brick the view does not want; -1 if there is none. */
-  #free() {
+  /** Lets bricks go that the view does not want, until so many places are free. @param {number} count */
+  #makeRoom(count) {
     const wanted = new Set(this.#wanted);
-    let unwanted = -1;
-    for (let place = 0; place < this.#places; place++) {
-      if (this.#held[place] < 0) return place;
-      if (!wanted.has(this.#held[place])) unwanted = place;
+    let free = this.#places - this.#at.size;
+    for (let place = 0; place < this.#places && free < count; place++) {
+      const brick = this.#held[place];
+      if (brick < 0 || wanted.has(brick)) continue;
+      this.#held[place] = -1;
+      this.#at.delete(brick);
+      free++;
     }
-    return unwanted;
+    // Nothing may be seen in the place of what replaces it.
+    this.#send();
   }
 
   /** Sends the pages, and draws again. */

@@ -52,6 +52,8 @@ class Way:
             and self.compositing in technique.compositings
             and self.classification in technique.classifications & compositing.classifications
             and not (self.classification == "preclassified" and self.sampling in _OF_VALUES)
+            # All bricks on demand are level 0 in bricks; a package has them beside its levels.
+            and self.sampling != "on-demand"
         )
 
 
