@@ -46,4 +46,6 @@ class Mutant:
 def _exists(test: str) -> bool:
     file, _, name = test.partition("::")
     path = ROOT / file
-    return path.is_file() and (not name or f"def {name.rpartition('::')[2]}(" in path.read_text(encoding="utf-8"))
+    *classes, function = name.split("::")
+    said = f"\n{'    ' * len(classes)}def {function}("
+    return path.is_file() and (not name or said in path.read_text(encoding="utf-8"))

@@ -125,7 +125,7 @@ OF_PARTS = (
         "medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);",
         "medium = part$OF.a > medium.a ? vec4(part$OF.rgb * part$OF.a, part$OF.a) : medium;",
         "together",
-        ("tests/build/test_together.py::test_opacities_of_channels_multiply_to_what_is_let_through",),
+        ("tests/build/test_together.py::TestWhatItDraws::test_opacities_of_channels_multiply_to_what_is_let_through",),
     ),
     Mutant(
         "brick-texel",

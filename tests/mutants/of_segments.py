@@ -109,7 +109,7 @@ OF_SEGMENTS = (
         'field.get("LabelValue", str(number + 1))',
         "str(number + 1)",
         "slicer",
-        ("tests/unit/test_segmentations.py::test_layers_of_slicer_overlap_and_keep_their_names",),
+        ("tests/validation/test_segment_sources.py::test_product_and_witness_read_the_same_segments",),
     ),
     Mutant(
         "contour-holes",

@@ -271,6 +271,10 @@ def _of_array(folder: Path, name: str, seed: int, more: str, points: str = POINT
     return _scene(folder, name, source, _RENDER + more, points)
 
 
+_WIDE = "[tolerance]\nrmse = 0.02\nflip = 0.1\nkept_light = 0.5\n"
+"""Of what is coarser than the default tolerance: normals that are not filtered, and steps of a palette."""
+
+
 def average(folder: Path) -> Path:
     """The mean of each ray, as in an X-ray picture."""
     return _of_array(folder, "average", 10, 'compositing = "average"\n')
@@ -278,7 +282,7 @@ def average(folder: Path) -> Path:
 
 def palette(folder: Path) -> Path:
     """A palette in the shader."""
-    return _of_array(folder, "palette", 11, 'classification = "palette"\n[tolerance]\nrmse = 0.02\n')
+    return _of_array(folder, "palette", 11, 'classification = "palette"\n' + _WIDE)
 
 
 def preintegrated(folder: Path) -> Path:
@@ -288,7 +292,7 @@ def preintegrated(folder: Path) -> Path:
 
 def octahedron(folder: Path) -> Path:
     """A headlight on normals in two bytes."""
-    return _of_array(folder, "octahedron", 13, 'lighting = "headlight"\n[normals]\ncode = "oct12"\n')
+    return _of_array(folder, "octahedron", 13, 'lighting = "headlight"\n[normals]\ncode = "oct12"\n' + _WIDE)
 
 
 def slopes(folder: Path) -> Path:

@@ -28,11 +28,9 @@ class WitnessedSegments:
     """The segments of a source on its own grid."""
 
     labels: WitnessedScan
-    """Number of the segment of each voxel, 0 outside; of several segments the last one. NaN where it is uncertain."""
+    """Number of the segment of each voxel, 0 outside; NaN where it is uncertain, or in several."""
     voxels: Mapping[int, float]
     """Number of voxels of each segment."""
-    overlap: bool
-    """Whether a voxel belongs to several segments."""
     off_share: float = 1e-4
     """How far volumes may be off, as a part: affine matrices of NIfTI have 24 bits."""
 
@@ -60,7 +58,7 @@ def read_segments(settings: Mapping[str, Any], base: Path, scan: Json) -> Witnes
         return _of_dicom(files[0], scan)
     labels = read_scan({"path": str(path)})
     numbers, counts = np.unique(labels.physical(labels.stored), return_counts=True)
-    return WitnessedSegments(labels, dict(zip(numbers.astype(int).tolist(), counts.tolist(), strict=True)), False)
+    return WitnessedSegments(labels, dict(zip(numbers.astype(int).tolist(), counts.tolist(), strict=True)))
 
 
 def _of_dicom(path: Path, scan: Json) -> WitnessedSegments:
@@ -70,29 +68,30 @@ def _of_dicom(path: Path, scan: Json) -> WitnessedSegments:
     if str(file.get("Modality", "")) != "RTSTRUCT":
         return _together(*read_frames(file))
     matrix, shape = world_from_index(scan), tuple(scan["shape_zyx"])
-    labels, voxels, overlap = np.zeros(shape), {}, False
+    labels, voxels = np.zeros(shape, np.float32), {}
     for number, share in covered_voxels(file, matrix, shape):
-        overlap = overlap or bool(((labels > 0) & (share > _HALF + _UNCERTAIN)).any())
-        labels[share >= _HALF] = number
+        _add(labels, share >= _HALF, number)
         labels[np.abs(share - _HALF) < _UNCERTAIN] = np.nan
         voxels[number] = float(share.sum())
     found = WitnessedScan(labels, 1.0, 0.0, matrix, f"pydicom {pydicom.__version__}")
-    return WitnessedSegments(found, voxels, overlap, off_share=_OFF_CONTOURS)
+    return WitnessedSegments(found, voxels, off_share=_OFF_CONTOURS)
+
+
+def _add(labels: NDArray[np.float32], mask: Mask, number: int) -> None:
+    labels[mask] = np.where(labels[mask] == 0.0, number, np.nan)
 
 
 def _together(masks: Iterator[tuple[int, Mask]], world_from_index: Floats, library: str) -> WitnessedSegments:
     """Put masks of segments, in ascending order of their numbers, into one volume."""
-    labels: NDArray[np.uint16] | None = None
+    labels: NDArray[np.float32] | None = None
     voxels: dict[int, float] = {}
-    overlap = False
     for number, mask in masks:
-        labels = np.zeros(mask.shape, np.uint16) if labels is None else labels
-        overlap = overlap or bool((labels[mask] > 0).any())
-        labels[mask] = number
+        labels = np.zeros(mask.shape, np.float32) if labels is None else labels
+        _add(labels, mask, number)
         voxels[number] = int(mask.sum())
     if labels is None:
         raise CannotWitnessError("its source has no segment")
-    return WitnessedSegments(WitnessedScan(labels, 1.0, 0.0, world_from_index, library), voxels, overlap)
+    return WitnessedSegments(WitnessedScan(labels, 1.0, 0.0, world_from_index, library), voxels)
 
 
 def _of_slicer(path: Path) -> tuple[Iterator[tuple[int, Mask]], Floats, str]:
