@@ -17,7 +17,7 @@ OF_PARTS = (
         '"SOFT_SQUARED": literal(soft**2)',
         '"SOFT_SQUARED": literal((10.0 * soft) ** 2)',
         "dicom",
-        ("tests/render/test_headlight.py",),
+        ("tests/build/test_labels.py::test_lit_labels_are_drawn_as_the_oracle_and_the_witness_light_them",),
     ),
     Mutant(
         "turn-transposed",
