@@ -165,6 +165,27 @@ def test_a_new_choice_is_one_more_entry(package, tmp_path, monkeypatch) -> None:
     assert "Does the projection matter?" in curves_page(found)
 
 
+def test_a_run_that_is_stopped_has_the_choices_before(package, tmp_path, monkeypatch) -> None:
+    calls = []
+
+    def variants(_scene):
+        # Asked once for the count of variants, and stopped when it is measured.
+        calls.append("asked")
+        if len(calls) > 1:
+            raise KeyboardInterrupt
+        return []
+
+    stopped = replace(NAMED["step and level"], variants=variants)
+    monkeypatch.setattr(measure, "_TURNS", 3)
+    monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"], stopped))
+
+    found = measure_curves(Package.open(package).manifest, find_scan(package, None), tmp_path, Silent(), 32)
+
+    assert [bool(each.points) for each in found.curves] == [True, False]
+    assert found.is_stopped
+    assert "stopped" in curves_page(found)
+
+
 def test_validate_writes_curves_into_the_report_and_over_an_older_one(package, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(measure, "CHOICES", (NAMED["bits of a voxel"],))
     monkeypatch.setattr(measure, "_TURNS", 3)

@@ -15,6 +15,7 @@ from volprep_formats.output import new_folder
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
+from volprep_formats.record import Record
 
 
 def _curves(
@@ -44,8 +45,8 @@ def write_study(  # noqa: PLR0917 - the study, its input, its output, and how
     progress: Progress,
     source: Path | None = None,
     picture_size: int | None = None,
-) -> None:
-    """Make a study of a sealed package, and write NAME.json and NAME.html to the new folder `folder`.
+) -> Record:
+    """Make a study of a sealed package, write NAME.json and NAME.html to the new folder `folder`, and return its data.
 
     `source` and `picture_size` are as for `validate`. Raises VP6021 if the folder cannot be written, and the errors of
     `find_scan` and of the study.
@@ -56,3 +57,4 @@ def write_study(  # noqa: PLR0917 - the study, its input, its output, and how
             data, page = study.measure(Package.open(package).manifest, judge, Path(scratch), progress, picture_size)
         (place / f"{study.name}.json").write_text(data.model_dump_json(indent=2) + "\n", encoding="utf-8")
         (place / f"{study.name}.html").write_text(page, encoding="utf-8")
+    return data

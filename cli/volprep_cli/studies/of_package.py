@@ -1,12 +1,15 @@
 """Options that the studies of a package share, and how one is made."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from volprep_cli.console import progress
 from volprep_cli.outputs import require_new
+
+if TYPE_CHECKING:
+    from volprep_formats.record import Record
 
 Output = Annotated[
     Path, typer.Option("--output", "-o", help="Folder to write: a page, and its data as JSON.", metavar="FOLDER")
@@ -24,8 +27,8 @@ Size = Annotated[
 ]
 
 
-def make_study(name: str, package: Path, output: Path, *, source: Path | None, size: int | None) -> None:
-    """Make the study with this name, and write it to the folder `output`."""
+def make_study(name: str, package: Path, output: Path, *, source: Path | None, size: int | None) -> "Record":
+    """Make the study with this name, write it to the folder `output`, and return its data."""
     from volprep_formats.installation import require_extra
 
     require_extra("validate")
@@ -33,4 +36,4 @@ def make_study(name: str, package: Path, output: Path, *, source: Path | None, s
     from volprep.lab.studies import STUDIES, write_study
 
     with progress() as watcher:
-        write_study(STUDIES[name], package, output, watcher, source=source, picture_size=size)
+        return write_study(STUDIES[name], package, output, watcher, source=source, picture_size=size)

@@ -10,7 +10,7 @@ from typing import Any
 
 from volprep.lab.curves.choices import CHOICES, Choice, Variant
 from volprep.lab.curves.front import with_front
-from volprep.lab.curves.records import Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
+from volprep.lab.curves.records import STOPPED, Curve, CurveErrors, CurvePoint, CurvesReport, Refusal
 from volprep.lab.small_scan import read_scan, write_scan
 from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import Changes
@@ -43,7 +43,8 @@ def measure_curves(
     """Measure the choices of the package that has `manifest`, with the scene of `judge`; `folder` is for files.
 
     Only the first channel is measured. Raises VP6050 for devices without shaders, VP3046 for one in colour, and the
-    errors of building the scene itself; a variant that cannot be built is reported.
+    errors of building the scene itself; a variant that cannot be built is reported. A run that is stopped returns the
+    choices that it has measured, and names the others.
     """
     began = time.perf_counter()
     scene, channel = first_channel(manifest, judge, "VP6050", "curves")
@@ -53,7 +54,14 @@ def measure_curves(
     request = Request(with_changes(scene.with_source(spec), alone), judge.profile, judge.scene_path)
     bench = _Bench(request, folder, picture_size or judge.picture_size)
     progress.start("curves", sum(len(choice.variants(bench.scene)) for choice in CHOICES))
-    curves = tuple(_curve(bench, choice, manifest, progress) for choice in CHOICES)
+    curves: list[Curve] = []
+    try:
+        for choice in CHOICES:
+            curves.append(_curve(bench, choice, manifest, progress))  # noqa: PERF401 - what a stopped run has counts
+    except KeyboardInterrupt:
+        if not curves:
+            raise
+        curves += [_unmeasured(choice) for choice in CHOICES[len(curves) :]]
     return CurvesReport(
         generator=generator(),
         package=manifest.name,
@@ -66,7 +74,7 @@ def measure_curves(
         tolerance=judge.scene.tolerance,
         driver=bench.driver(),
         seconds=time.perf_counter() - began,
-        curves=curves,
+        curves=tuple(curves),
     )
 
 
@@ -97,6 +105,10 @@ def _curve(bench: "_Bench", choice: Choice, manifest: Manifest, progress: Progre
         reason=None if said is None else said.reason,
         left_out=None if variants else choice.absent,
     )
+
+
+def _unmeasured(choice: Choice) -> Curve:
+    return Curve(name=choice.name, question=choice.question, cost=choice.cost, points=(), reason=None, left_out=STOPPED)
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,10 @@ class Curve(Record):
     """Reason why nothing was measured; null if something was."""
 
 
+STOPPED = "the run was stopped before"
+"""Reason of a choice that a stopped run has not measured."""
+
+
 class CurvesReport(Record):
     """All curves of one package."""
 
@@ -124,6 +128,11 @@ class CurvesReport(Record):
     """Duration of the measurement."""
     curves: tuple[Curve, ...]
     """One for each choice."""
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the run was stopped before all choices were measured."""
+        return any(curve.left_out == STOPPED for curve in self.curves)
 
 
 def plotted_cost(point: CurvePoint, cost: Cost) -> float:
