@@ -301,8 +301,12 @@ def slopes(folder: Path) -> Path:
 
 
 def bricks(folder: Path) -> Path:
-    """Bricks, and what is empty left out."""
-    return _of_array(folder, "bricks", 15, "[bricks]\nsize = 8\n")
+    """Bricks, and what is empty left out; some bricks have one value."""
+    path = _of_array(folder, "bricks", 15, "[bricks]\nsize = 8\n")
+    values = np.load(folder / "scan.npy")
+    values[2:20, 4:22, 6:24] = 300
+    np.save(folder / "scan.npy", values)
+    return path
 
 
 def soft(folder: Path) -> Path:
@@ -330,7 +334,7 @@ def together(folder: Path) -> Path:
 
 def colour(folder: Path) -> Path:
     """A volume in colour: pages of RGBA."""
-    parts = [blobs(seed) for seed in (19, 20, 21)]
+    parts = [blobs(19), blobs(20)[:, ::-1], blobs(21)[:, :, ::-1]]
     pixels = np.rint(255 * np.stack([*parts, np.clip(np.sum(parts, axis=0), 0.0, 1.0)], axis=-1)).astype(np.uint8)
     tifffile.imwrite(folder / "pages.tif", pixels, photometric="rgb", extrasamples=["unassalpha"])
     points = "{ value = 0.0, extinction_per_mm = 0.0 }, { value = 1.0, extinction_per_mm = 0.4 }"
