@@ -167,10 +167,10 @@ OF_PARTS = (
     ),
     Mutant(
         "mida-intensity",
-        "intensities begin a tenth too high",
+        "intensities grow half as fast",
         f"{_GLSL}/compositing/mida.glsl",
         "clamp(stored * INTENSITY_SCALE + INTENSITY_OFFSET, 0.0, 1.0);",
-        "clamp(stored * INTENSITY_SCALE + INTENSITY_OFFSET + 0.1, 0.0, 1.0);",
+        "clamp(0.5 * stored * INTENSITY_SCALE + INTENSITY_OFFSET, 0.0, 1.0);",
         "mida",
         ("tests/build/test_mida.py::test_it_is_within_the_tolerance_of_the_refined_truth",),
     ),
