@@ -75,3 +75,13 @@ def test_points_that_do_not_stretch_the_axes_leave_them() -> None:
     before = axes.y.place(1.5)
     axes.plot([(1.0, 100.0)], SERIES[1], stretches=False)
     assert axes.y.place(1.5) == before
+
+
+def test_a_name_without_room_on_the_right_of_its_point_is_written_on_its_left() -> None:
+    def draw(axes: Axes) -> None:
+        axes.x, axes.y = Axis(low=0.0, high=10.0), Axis(low=0.0, high=1.0)
+        axes.text((9.0, 0.5), "a name of thirty letters, about", 8, 0)
+
+    plot = plot_of(draw)
+    assert re.search(r'<text x="565.28"[^>]*text-anchor: start', plot.wide) is None
+    assert re.search(r'<text x="549.28"[^>]*text-anchor: end', plot.wide)

@@ -24,11 +24,11 @@ _MARKER_PATHS = {
     "P": "M-.4-1.1h.8v.7h.7v.8h-.7v.7h-.8v-.7h-.7v-.8h.7z",
 }
 """In half widths around the point; "o" is a circle."""
-_LEFT, _RIGHT, _ABOVE, _BELOW = 54.0, 11.0, 7.0, 40.0
+_LEFT, _RIGHT, _ABOVE, _BELOW = 58.0, 11.0, 7.0, 40.0
 """Room around the axes, for tick labels and axis labels."""
 _LEGEND_ROW, _LEGEND_SAMPLE = 15.0, 34.0
 _LETTER = 4.7
-"""Width of a letter in the legend, about."""
+"""Width of a letter, about."""
 _TICK_ROOM_XY = (44.0, 30.0)
 """Least distance of tick labels, about."""
 
@@ -182,10 +182,12 @@ class Axes:
         self._marks.append(drawn)
 
     def text(self, place: Place, text: str, dx: float, dy: float, anchor: str = "start") -> None:
-        """Write beside a point."""
+        """Write beside a point: to its left where there is no room on its right."""
 
         def drawn(scale: _Scale) -> str:
             x, y = scale.place(place)
+            if anchor == "start" and x + dx + _LETTER * len(text) > scale.width:
+                return _text(x - dx, y + dy, text, MUTED, 8.5, "end")
             return _text(x + dx, y + dy, text, MUTED, 8.5, anchor)
 
         self._marks.append(drawn)
