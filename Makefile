@@ -26,7 +26,7 @@ WHEEL := $(STAMPS)/wheel
 NATIVE := $(STAMPS)/native
 TOOLS := build/system/tools
 DRIVER := build/system/driver
-CXX_FILES := $(shell find volprep/native formats/native -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c)
+CXX_FILES := $(shell find volprep/native formats/native formats/apps -name '*.[ch]pp') $(wildcard formats/c/*.[ch] tests/c/*.c tests/c/*.cpp)
 
 # Steps of one command run side by side; several commands run one after the other.
 ifeq ($(words $(MAKECMDGOALS)),1)

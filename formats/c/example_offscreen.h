@@ -1,4 +1,4 @@
-/* Parts of example.c that most apps have themselves: a context without a window, targets, a file for the picture. */
+/* Parts of example.c that most apps have themselves: a context without a window, and a file for the picture. */
 #ifndef EXAMPLE_OFFSCREEN_H
 #define EXAMPLE_OFFSCREEN_H
 
@@ -29,49 +29,6 @@ static void open_context(int version) {
     if (!eglChooseConfig(display, wanted, &config, 1, &count) || count < 1) fail("EGL", "no configuration");
     context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_wanted);
     if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) fail("EGL", "no context of this version");
-}
-
-/* ---- targets: the picture, and the textures of passes ---- */
-
-typedef struct target {
-    GLuint framebuffer, texture, program; /* the program of a pass */
-    int side;
-} target;
-
-static void make_target(target* made, volpkg_target format, int side, GLint filter, int es3, int with_depth) {
-    static const GLenum internal[3] = {GL_RGBA, GL_RGBA16F, GL_RGBA32F};
-    GLenum type = format == VOLPKG_TARGET_RGBA8     ? GL_UNSIGNED_BYTE
-                  : format == VOLPKG_TARGET_RGBA32F ? GL_FLOAT
-                  : es3                             ? GL_HALF_FLOAT
-                                                    : 0x8D61; /* GL_HALF_FLOAT_OES */
-    GLuint depth;
-    made->side = side;
-    glGenFramebuffers(1, &made->framebuffer);
-    glGenTextures(1, &made->texture);
-    glActiveTexture(GL_TEXTURE0 + VOLPKG_MAX_UNITS - 1);
-    glBindTexture(GL_TEXTURE_2D, made->texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, (GLint)(es3 ? internal[format] : GL_RGBA), side, side, 0, GL_RGBA, type, NULL);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glBindTexture(GL_TEXTURE_2D, 0);
-    glBindFramebuffer(GL_FRAMEBUFFER, made->framebuffer);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, made->texture, 0);
-    if (with_depth) {
-        glGenRenderbuffers(1, &depth);
-        glBindRenderbuffer(GL_RENDERBUFFER, depth);
-        glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT16, side, side);
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
-    }
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) fail("framebuffer", "not complete");
-    glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT | (with_depth ? GL_DEPTH_BUFFER_BIT : 0));
-}
-
-static void draw_into(const target* to) {
-    glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
-    glViewport(0, 0, to->side, to->side);
 }
 
 /* ---- a PNG of stored blocks, over black ---- */
