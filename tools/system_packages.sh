@@ -23,6 +23,7 @@ have_mingw() { command -v x86_64-w64-mingw32-gcc >/dev/null; }
 have_glslang() { command -v glslangValidator >/dev/null; }
 have_chromium() { command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; }
 have_firefox() { { command -v firefox-esr || command -v firefox; } >/dev/null && command -v Xvfb >/dev/null; }
+have_mono() { command -v mcs >/dev/null && command -v mono >/dev/null; }
 have_dcm2niix() { command -v dcm2niix >/dev/null; }
 # Boost is asked for by name because Debian's libopenvdb-dev includes it without depending on it.
 have_openvdb() {
@@ -44,6 +45,7 @@ things=(
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
     "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
     "firefox|Firefox, and a screen without a monitor (only for tests)|firefox-esr xvfb|firefox xorg-x11-server-Xvfb|firefox xorg-server-xvfb|-"
+    "mono|C# compiler and runtime (only for a test of the reader for Unity)|mono-mcs mono-runtime|mono-core|mono|mono"
     "dcm2niix|another reader of DICOM, for comparison (only for tests)|dcm2niix|dcm2niix|dcm2niix (from the AUR)|dcm2niix"
     "openvdb|headers of OpenVDB, TBB and Boost (only for .vdb files)|libopenvdb-dev libtbb-dev libboost-dev|openvdb-devel tbb-devel boost-devel|openvdb onetbb boost|openvdb"
 )
@@ -73,9 +75,9 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but the last seven must be there.
+    # All but the last eight must be there.
     case ${missing[0]} in
-        gles_headers* | mingw* | glslang* | chromium* | firefox* | dcm2niix* | openvdb*) exit 0 ;;
+        gles_headers* | mingw* | glslang* | chromium* | firefox* | mono* | dcm2niix* | openvdb*) exit 0 ;;
     esac
     exit 2
 }

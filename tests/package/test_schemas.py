@@ -103,6 +103,11 @@ def test_the_schema_of_the_javascript_reader_is_that_of_the_models(monkeypatch: 
     assert module.TARGET.read_text(encoding="utf-8") == module.schema_text(), "run python tools/make_js_schema.py"
 
 
+def test_the_records_of_the_csharp_reader_are_those_of_the_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = tool("make_cs_schema", monkeypatch)
+    assert module.TARGET.read_text(encoding="utf-8") == module.records_text(), "run python tools/make_cs_schema.py"
+
+
 def test_the_structs_and_tables_of_the_c_header_are_those_of_the_models(monkeypatch: pytest.MonkeyPatch) -> None:
     module = tool("make_c_schema", monkeypatch)
     text = module.TARGET.read_text(encoding="utf-8")
