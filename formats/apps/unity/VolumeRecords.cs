@@ -228,6 +228,7 @@ public sealed class OnDemand {
   public string @index;
   public string @bricks;
   public long @size;
+  public long @ghost;
   public BrickLevel[] @levels;
   public string @format;
   public long[] @places_zyx;
@@ -258,6 +259,7 @@ public sealed class Picture {
   public string @name;
   public PictureMedium[] @media;
   public string @mixing = "one";
+  public Grid @grid;
   public Drawing[] @drawings;
   public Pieces @pieces;
   public FromBricks @on_demand;
@@ -265,6 +267,7 @@ public sealed class Picture {
 public sealed class PictureMedium {
   public string @channel;
   public string @transfer;
+  public double[] @placed;
 }
 public sealed class Pieces {
   public string @program;
