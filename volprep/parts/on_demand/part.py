@@ -43,7 +43,6 @@ PART = Part(
             without={"on_demand": None},
             added=lambda _: {"on_demand": {"size": 32}},
             chosen_by=by_the_scene,
-            with_everything=True,
         ),
     ),
 )
