@@ -209,7 +209,7 @@ def test_copies_with_a_uid_and_a_number_of_their_own_are_left_out_and_said(tmp_p
     save_all(stack(5), tmp_path)
     for z in again:
         copy = stack(5)[z]
-        copy.SOPInstanceUID, copy.InstanceNumber = f"1.2.4.{z}", 100 + z
+        copy.SOPInstanceUID, copy.InstanceNumber, copy.ContentTime = f"1.2.4.{z}", 100 + z, f"10150{z}"
         save(copy, tmp_path / f"again{z}")
     info = read_info(tmp_path)
     assert info.grid.shape_zyx == (5, 3, 4)
@@ -239,9 +239,10 @@ def test_slices_that_two_volumes_share_are_no_copies_unless_all_are(tmp_path, bl
         read_info(tmp_path)
 
 
-def test_images_that_echoes_share_are_no_copies(tmp_path) -> None:
+@pytest.mark.parametrize("attribute", ["EchoTime", "AcquisitionTime"])
+def test_images_that_echoes_or_time_points_share_are_no_copies(tmp_path, attribute) -> None:
     for k, data in enumerate([*stack(4), *stack(4)]):
-        data.EchoTime = str(10 + k // 4)
+        setattr(data, attribute, str(101500 + k // 4))
         save(data, tmp_path / f"I{k}")
     with pytest.raises(VolprepError, match="VP2006"):
         read_info(tmp_path)

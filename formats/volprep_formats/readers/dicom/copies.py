@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.readers.dicom.fields import CLOCKS
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.value import value_of
 
@@ -66,7 +67,7 @@ def _without(images: Sequence[SliceImage], copies: Sequence[set[int]]) -> tuple[
 
 
 def _content(image: SliceImage) -> tuple[SliceImage, bytes] | None:
-    """Return the header without UID, number and places in files, and a digest of the pixels; None if unreadable."""
+    """Return the header without what a copy has of its own, and a digest of the pixels; None if they are unreadable."""
     if image.pixels is None or image.problem is not None:
         return None
     try:
@@ -74,4 +75,6 @@ def _content(image: SliceImage) -> tuple[SliceImage, bytes] | None:
     except (VolprepError, OSError, ValueError):
         return None
     pixels = replace(image.pixels, path=Path(), offset_bytes=0)
-    return replace(image, path=Path(), instance_uid="", instance_number=None, pixels=pixels), digest
+    # ContentTime is when the pixels were written, which may be when they were copied.
+    clocks = tuple(text for clock, text in zip(CLOCKS, image.clocks, strict=True) if clock != "ContentTime")
+    return replace(image, path=Path(), instance_uid="", instance_number=None, clocks=clocks, pixels=pixels), digest
