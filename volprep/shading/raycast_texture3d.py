@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
-from volprep_formats.package.picture import PLACES
+from volprep_formats.package.picture import OF_MEDIUM
 from volprep_formats.package.program import Sampler, Uniform
 
 
@@ -57,8 +57,9 @@ def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequenc
         uniform
         for number in numbers
         for uniform in (
-            Uniform(name=f"u_medium_{number}_from_box", type="mat4x4f", source=PLACES[number][0]),
-            Uniform(name=f"u_texture_from_medium_{number}", type="vec3f", source=PLACES[number][1]),
+            Uniform(name=f"u_medium_{number}_from_box", type="mat4x4f", source=OF_MEDIUM[number][0]),
+            Uniform(name=f"u_texture_from_medium_{number}", type="vec3f", source=OF_MEDIUM[number][1]),
+            Uniform(name=f"u_opacity_{number}", type="f32", source=OF_MEDIUM[number][2]),
         )
     ]
     return replace(

@@ -21,6 +21,8 @@ export class Changes {
   clip = null;
   /** Where the light is, or the light around the volume, if an app has changed it. @type {import("../draw/light.js").Light} */
   light = null;
+  /** Uniforms of media that were faded, of a picture, by their source. @type {((picture: string) => Record<string, number>) | null} */
+  faded = null;
   /** Counts changes that need another load of the level. */
   version = 0;
 

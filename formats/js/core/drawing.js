@@ -59,10 +59,8 @@ export function choose(pack, name, index, frame) {
  * The grid in whose box a picture is drawn; the default picture where none has the name.
  * @param {Manifest} manifest @param {string} name
  */
-export function gridOf({ pictures, grid }, name) {
-  const picture = pictures.find((each) => each.name === name) ?? pictures[0];
-  return picture?.grid ?? grid;
-}
+export const gridOf = ({ pictures, grid }, name) =>
+  (pictures.find((each) => each.name === name) ?? pictures[0])?.grid ?? grid;
 
 /** @param {Package} pack @param {string} transfer @param {string} level for people */
 export function nothing(pack, transfer, level) {

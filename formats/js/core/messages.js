@@ -70,6 +70,10 @@ Object.assign(WORDS, {
     "the segment {name} cannot be changed: {problem}",
     "Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.",
   ],
+  VP7084: [
+    "the medium {transfer} cannot have the opacity {opacity}",
+    "Name a transfer function of a picture whose channels lie on several grids, and give a number from 0 on.",
+  ],
 });
 
 export { VolpkgError };

@@ -204,6 +204,16 @@ export class RendererState extends EventTarget {
   }
 
   /**
+   * Fades one of several media that lie on grids of their own; 0 hides it, 1 is the package's own opacity.
+   * @param {string} transfer its transfer function
+   * @param {number} opacity factor of its extinction
+   */
+  async setOpacity(transfer, opacity) {
+    (await import("../draw/media.js")).fade(this.#pack, this._changes, transfer, opacity);
+    this._changed();
+  }
+
+  /**
    * Shows, hides, tints or fades a segment; null restores the package's look.
    * @param {string} name of a segment
    * @param {import("../draw/segments.js").Look | null} look tint: linear red, green, blue; absent fields keep their values

@@ -5,7 +5,7 @@
  */
 import { cross, dot, moved, unit, worldFromBox } from "../camera.js";
 import { VolpkgError } from "../core/messages.js";
-import { drawValues, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
+import { drawValues, mediaOnGrids, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
 
 /** @typedef {import("../core/renderer.js").Renderer} Renderer */
 /** @typedef {readonly number[]} Point x, y, z */
@@ -18,6 +18,8 @@ import { drawValues, segmentsOf, valueOf, valueProgram, windowOf } from "./value
  * @property {number[]} box_mm x, y, z in box millimetres
  * @property {number | null} value in the scan's unit; null where the program reads classified voxels or several
  *   channels
+ * @property {Record<string, number | null> | null} values where channels lie on several grids: the value of each, by the
+ *   name of the channel, null outside of its grid
  * @property {string[] | null} segments names of the segments that its voxel belongs to; null where the program draws
  *   no segments
  * @property {number[] | null} normal x, y, z in the patient's space, 1 long, towards the viewer; null where the value
@@ -36,6 +38,13 @@ const MAIN = `uniform vec3 u_pick;
 void main() {
   float inside = 1.0;
   float value = stored_value(position(u_pick));
+`;
+/** The value of one of several media, K, that lie on grids of their own. */
+const MEDIUM = `uniform vec3 u_pick;
+void main() {
+  begin_K(position(u_pick), vec3(1.0, 0.0, 0.0));
+  float inside = within_K.x <= 0.0 && within_K.y >= 0.0 ? 1.0 : 0.0;
+  float value = stored_value_K(start_K);
 `;
 /** The label of the voxel at a place, in 65536ths. */
 const LABEL = `uniform vec3 u_pick;
@@ -70,7 +79,7 @@ export class Picker {
   #renderer;
   /**
    * Programs that give values, by the name of the one that draws.
-   * @type {Map<string, Record<"value" | "label", import("../gl/program.js").Linked | null>>}
+   * @type {Map<string, Record<string, import("../gl/program.js").Linked | null>>}
    */
   #programs = new Map();
   /** The context that they belong to; it changes after a lost context. @type {unknown} */
@@ -95,7 +104,12 @@ export class Picker {
     const solid = textures.some(({ role, gl }) => role === "labels" && gl.target === "TEXTURE_3D");
     const size = program.sampling === "bricks" && solid ? " / vec3(textureSize(u_labels, 0))" : "";
     const label = LABEL.replace("PLACE", `position(u_pick)${size}`);
+    const media = mediaOnGrids(this.#renderer).map(async ({ channel }, i) => {
+      const main = MEDIUM.replaceAll("_K", `_${i}`);
+      return [channel, await valueProgram(this.#renderer, `values ${i}`, main, `stored_value_${i}`)];
+    });
     this.#programs.set(name, {
+      ...Object.fromEntries(await Promise.all(media)),
       value: await valueProgram(this.#renderer, "values", MAIN),
       label: segmentsOf(this.#renderer) && (await valueProgram(this.#renderer, "labels", label)),
     });
@@ -177,6 +191,7 @@ export class Picker {
       voxel: box.map((each, i) => each / grid.spacing_mm_zyx[2 - i] - 0.5),
       box_mm: [...box],
       value: values && lowest + values[0] * (highest - lowest),
+      values: this.#media(box),
       segments: segments && label !== undefined ? (segments.labels[Math.floor(label * 65536)]?.segments ?? []) : null,
       normal: Math.hypot(...slope) > 0 ? unit(inWorld) : null,
       depth_mm: Math.hypot(...ray),
@@ -184,19 +199,34 @@ export class Picker {
     };
   }
 
+  /** Values of media on grids of their own; null where there are none. @param {Point} box */
+  #media(box) {
+    const media = mediaOnGrids(this.#renderer).map(({ channel, transfer }) => {
+      const [lowest, highest] = windowOf(this.#renderer, transfer);
+      const pixels = this.#pixels(channel, [box]);
+      return [channel, pixels?.[3] ? lowest + valueOf(pixels, 0) * (highest - lowest) : null];
+    });
+    return media.length ? Object.fromEntries(media) : null;
+  }
+
   /** Numbers at places, from 0 to 1; null if the program has none. @param {"value" | "label"} kind @param {Point[]} places */
   #read(kind, places) {
+    const pixels = this.#pixels(kind, places);
+    return pixels && places.map((_, i) => valueOf(pixels, i));
+  }
+
+  /** @param {string} kind @param {Point[]} places */
+  #pixels(kind, places) {
     const { device, drawn } = /** @type {NonNullable<Renderer["inside"]>} */ (this.#renderer.inside);
     const linked = this.#programs.get(drawn.choice.program.name)?.[kind];
     if (!linked || device !== this.#device) return null;
-    const pixels = drawValues(this.#renderer, linked, [places.length, 1], (gl, { locations }) => {
+    return drawValues(this.#renderer, linked, [places.length, 1], (gl, { locations }) => {
       places.forEach((place, i) => {
         gl.viewport(i, 0, 1, 1);
         gl.uniform3fv(locations.u_pick, new Float32Array(place));
         gl.drawArrays(gl.TRIANGLES, 0, 3);
       });
     });
-    return places.map((_, i) => valueOf(pixels, i));
   }
 }
 

@@ -19,16 +19,17 @@ const DIGITS = `  vec3 digits = fract(clamp(value, 0.0, 0.9999999) * vec3(1.0, 2
  * @param {Renderer} renderer
  * @param {string} kind of main function, for caches
  * @param {string} main declares uniforms, and begins a main function that sets `value` and `inside`, both floats
+ * @param {string} [reads] the function of the shader that it reads values with
  * @returns {Promise<Linked | null>} null if the shader reads no values
  */
-export async function valueProgram(renderer, kind, main) {
+export async function valueProgram(renderer, kind, main, reads = "stored_value") {
   const { inside } = renderer;
   if (!inside) return null;
   const { pack, device, drawn } = inside;
   const { name, fragment: path } = drawn.choice.program;
   const fragment = await pack.text(path);
   const [before] = fragment.split(MAIN);
-  if (!/\bfloat stored_value\(vec3/.test(before) || !/\bvec3 position\(vec3/.test(before)) return null;
+  if (!before.includes(`float ${reads}(vec3`) || !/\bvec3 position\(vec3/.test(before)) return null;
   const modern = fragment.startsWith("#version 300 es");
   // The output of the vertex shader is not used.
   const alone = before.replace(/^(?:varying|in) (?=\w+ \w+;$)/gm, "");
@@ -77,16 +78,26 @@ export function drawValues(renderer, linked, [width, height], draw) {
 /** The value of a pixel, from 0 to 1. @param {Uint8Array} pixels @param {number} i index of the pixel */
 export const valueOf = (pixels, i) => pixels[4 * i] / 255 + pixels[4 * i + 1] / 255 ** 2 + pixels[4 * i + 2] / 255 ** 3;
 
+/** Channels of the picture with their transfer functions, if they lie on several grids. @param {Renderer} renderer */
+export function mediaOnGrids({ inside }) {
+  const picture = inside?.pack.manifest.pictures.find(({ name }) => name === inside.drawn.choice.picture);
+  return picture?.grid && picture.media.length > 1 ? picture.media : [];
+}
+
 /** The segments that the renderer's program draws, or null. @param {Renderer} renderer */
 export function segmentsOf({ inside }) {
   const { segments } = inside?.pack.manifest ?? {};
   return segments && inside?.drawn.choice.picture === segments.name ? segments : null;
 }
 
-/** The scan's values of texels 0 and 1. @param {Renderer} renderer @returns {readonly [number, number]} */
-export function windowOf(renderer) {
+/**
+ * The scan's values of texels 0 and 1.
+ * @param {Renderer} renderer @param {string} [of] transfer function; that of the picture if absent
+ * @returns {readonly [number, number]}
+ */
+export function windowOf(renderer, of) {
   const { inside } = renderer;
-  const transfer = segmentsOf(renderer)?.transfers[0] ?? inside?.drawn.choice.picture;
+  const transfer = of ?? segmentsOf(renderer)?.transfers[0] ?? inside?.drawn.choice.picture;
   const channel = inside?.pack.manifest.channels.find((each) =>
     each.transfer_functions.some(({ name }) => name === transfer),
   );

@@ -234,6 +234,11 @@ ENTRIES: dict[str, Diagnostic] = {
         "the segment {name} cannot be changed: {problem}",
         "Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.",
     ),
+    "VP7084": Diagnostic(
+        ExitStatus.RENDER,
+        "the medium {transfer} cannot have the opacity {opacity}",
+        "Name a transfer function of a picture whose channels lie on several grids, and give a number from 0 on.",
+    ),
     "VP7090": Diagnostic(
         ExitStatus.MACHINE,
         "notebooks need the Python module {module}, which is not installed",

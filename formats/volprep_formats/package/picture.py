@@ -78,15 +78,20 @@ MediumSource = Literal[
     "texture_from_medium_1",
     "texture_from_medium_2",
     "texture_from_medium_3",
+    "opacity_of_medium_0",
+    "opacity_of_medium_1",
+    "opacity_of_medium_2",
+    "opacity_of_medium_3",
 ]
-"""Sources of uniforms that place the media of a picture whose channels lie on several grids."""
-PLACES: tuple[tuple[MediumSource, MediumSource], ...] = (
-    ("medium_0_from_box", "texture_from_medium_0"),
-    ("medium_1_from_box", "texture_from_medium_1"),
-    ("medium_2_from_box", "texture_from_medium_2"),
-    ("medium_3_from_box", "texture_from_medium_3"),
+"""Sources of uniforms of the media of a picture whose channels lie on several grids."""
+OF_MEDIUM: tuple[tuple[MediumSource, MediumSource, MediumSource], ...] = (
+    ("medium_0_from_box", "texture_from_medium_0", "opacity_of_medium_0"),
+    ("medium_1_from_box", "texture_from_medium_1", "opacity_of_medium_1"),
+    ("medium_2_from_box", "texture_from_medium_2", "opacity_of_medium_2"),
+    ("medium_3_from_box", "texture_from_medium_3", "opacity_of_medium_3"),
 )
-"""Of each medium: the matrix from the box of the picture to its own box, and the factors from there to its texels."""
+"""Of each medium: the matrix from the box of the picture to its own box, the factors from there to its texels, and the
+factor of its extinction."""
 
 
 class UniformValue(Record):

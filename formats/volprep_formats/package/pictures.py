@@ -11,7 +11,7 @@ from volprep_formats.package.parts.costs.count import cost_of_textures
 from volprep_formats.package.parts.fidelity.record import LevelFidelity
 from volprep_formats.package.parts.mipmaps.texels import texture_from_box
 from volprep_formats.package.picture import (
-    PLACES,
+    OF_MEDIUM,
     AtMesh,
     Drawing,
     FrameTextures,
@@ -133,14 +133,15 @@ class _Made:
 def _medium_values(
     manifest: Manifest, picture: Picture, number: int, drawn: Level, textures: Sequence[Texture]
 ) -> Iterator[UniformValue]:
-    """Yield how the box of a picture maps to the box of one of its media, and that to its texels."""
+    """Yield how the box of a picture maps to the box of one of its media, that to its texels, and its opacity."""
     medium, grid = picture.media[number], manifest.grid_of(picture.media[number].channel)
     if grid is None or picture.grid is None:
         return
     rows = (*box_from_box(grid, medium.affine, picture.grid), (0.0, 0.0, 0.0, 1.0))
-    place, texels = PLACES[number]
+    place, texels, opacity = OF_MEDIUM[number]
     yield UniformValue(source=place, numbers=tuple(row[column] for column in range(4) for row in rows))
     yield UniformValue(source=texels, numbers=texture_from_box(drawn, textures))
+    yield UniformValue(source=opacity, numbers=(1.0,))
 
 
 def _level(manifest: Manifest, channel: str, index: int) -> Level:

@@ -18,7 +18,7 @@ vec4 voxel = voxel_texel(at);
 vec4 part$OF = classify$OF($VALUE);
 medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);
 //#section on_grids
-float share$OF = share(i, within$OF);
+float share$OF = u_opacity$OF * share(i, within$OF);
 if (share$OF > 0.0) {
   vec4 part$OF = classify$OF(stored_value$OF(start$OF + stride$OF * i));
   medium += share$OF * vec4(part$OF.rgb * part$OF.a, part$OF.a);

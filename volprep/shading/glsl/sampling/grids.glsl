@@ -22,6 +22,8 @@ float share(float i, vec2 within) {
 //#section place
 uniform mat4 u_medium${OF}_from_box;
 uniform vec3 u_texture_from_medium$OF;
+// Factor of the extinction, 1 unless an app fades the medium.
+uniform float u_opacity$OF;
 vec3 start$OF;
 vec3 stride$OF;
 vec2 within$OF;
