@@ -1,7 +1,6 @@
 /** A volume package as an object of three.js. */
 import * as THREE from "three";
 import { middle, worldFromBox } from "./camera.js";
-import { gridOf } from "./core/drawing.js";
 import { Picker } from "./draw/pick.js";
 import { backdropOf, freeBackdrops } from "./three/three_backdrop.js";
 import { seenBy, sightOf } from "./three/three_camera.js";
@@ -490,5 +489,6 @@ export async function loadVolume(renderer, from, options = {}) {
   if (!(/** @type {any} */ (renderer)?.isWebGLRenderer))
     throw new VolpkgError("VP7018", { problem: "loadVolume needs a THREE.WebGLRenderer" });
   const pack = from instanceof Package ? from : await openPackage(from, options);
-  return new Volume(renderer, gridOf(pack.manifest, options.program ?? "")).start(pack, options);
+  const { pictures, grid } = pack.manifest;
+  return new Volume(renderer, pictures[0]?.grid ?? grid).start(pack, options);
 }

@@ -30,16 +30,16 @@ const hits = [];
 const both = read(matrices.both);
 const pixels = [[24.5, 24.5], [20.5, 22.5], [27.5, 20.5]];
 for (const pixel of pixels) hits.push(await renderer.pick(...pixel, { opacity: 0.1 }));
-await renderer.setOpacity("hot", 0);
+await renderer.setTransfer({ opacity: 0 }, "hot");
 const hidden = read(matrices.both);
-await renderer.setOpacity("hot", 0.3);
+await renderer.setTransfer({ opacity: 0.3 }, "hot");
 const faded = read(matrices.both);
-await renderer.setOpacity("hot", 1);
+await renderer.setTransfer(null, "hot");
 const again = read(matrices.both);
 const codes = [];
 for (const [name, opacity] of [["nobody", 1], ["hot", -1], ["hot", NaN]]) {
   try {
-    await renderer.setOpacity(name, opacity);
+    await renderer.setTransfer({ opacity }, name);
   } catch (error) {
     codes.push(error.code);
   }

@@ -71,7 +71,6 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
             "kept_files.js",
             "layers.js",
             "light.js",
-            "media.js",
             "options.js",
             "schema.js",
             "light_view.js",

@@ -21,8 +21,6 @@ export class Changes {
   clip = null;
   /** Where the light is, or the light around the volume, if an app has changed it. @type {import("../draw/light.js").Light} */
   light = null;
-  /** Uniforms of media that were faded, of a picture, by their source. @type {((picture: string) => Record<string, number>) | null} */
-  faded = null;
   /** Counts changes that need another load of the level. */
   version = 0;
 
@@ -37,7 +35,7 @@ export class Changes {
     return this.edits.get(name)?.points ?? this.#own(name);
   }
 
-  /** @param {{points: TransferFunction["points"], reference_mm?: number} | null} edited @param {string} name */
+  /** @param {import("../edit/edit.js").Wish | null} edited @param {string} name */
   async setTransfer(edited, name) {
     const { checkEdit } = await import("../edit/edit.js");
     if (edited === null) this.edits.delete(name);

@@ -55,13 +55,6 @@ export function choose(pack, name, index, frame) {
   };
 }
 
-/**
- * The grid in whose box a picture is drawn; the default picture where none has the name.
- * @param {Manifest} manifest @param {string} name
- */
-export const gridOf = ({ pictures, grid }, name) =>
-  (pictures.find((each) => each.name === name) ?? pictures[0])?.grid ?? grid;
-
 /** @param {Package} pack @param {string} transfer @param {string} level for people */
 export function nothing(pack, transfer, level) {
   const known = pack.programs.map(({ name, levels }) => `level ${levels.join(", ")} with ${name}`).join("; ");

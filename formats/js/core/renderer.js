@@ -109,7 +109,6 @@ export class Renderer extends RendererState {
     if (moving && !this.#pace && this.#options.frameMs !== Infinity) this.#measure();
     const quality = this.#quality(moving);
     const light = drawn.lightOf?.(this.grid, drawn.choice, this._changes);
-    const faded = this._changes.faded?.(drawn.choice.picture);
     const stepMm = Math.max(this.step * quality.step, this._least());
     this.use(() => {
       this.#pace?.before(moving);
@@ -123,7 +122,7 @@ export class Renderer extends RendererState {
         // Where the picture is blended with another one, only one draw may make it.
         mesh: blend ? null : mesh,
         behind: { ...depth, planes },
-        values: { ...drawn.choice.values, ...faded, ...light, box_from_clip: Array.from(boxFromClip), step_mm: stepMm },
+        values: { ...drawn.choice.values, ...light, box_from_clip: Array.from(boxFromClip), step_mm: stepMm },
         blend,
         part,
       });

@@ -1,5 +1,4 @@
 /** The state of a renderer: package, picture, level, step, transfer functions, segments, cuts and light. */
-import { gridOf } from "./drawing.js";
 import { VolpkgError } from "./error.js";
 import { Levels } from "./levels.js";
 import { Changes } from "./changes.js";
@@ -68,7 +67,8 @@ export class RendererState extends EventTarget {
 
   /** Place and size of the volume, as cameras want it. Pictures of channels on other grids have another one. */
   get grid() {
-    return gridOf(this.#pack.manifest, this.program);
+    const { pictures, grid } = this.#pack.manifest;
+    return pictures.find(({ name }) => name === this.program)?.grid ?? grid;
   }
 
   /** Index of the level that is drawn. */
@@ -175,8 +175,9 @@ export class RendererState extends EventTarget {
   }
 
   /**
-   * Draws with an edited transfer function; null takes the edit back.
-   * @param {{points: TransferFunction["points"], reference_mm?: number} | null} edited
+   * Draws with an edited transfer function; null takes the edit back. A channel on a grid of its own in a picture of
+   * several may also be faded, by a factor of its extinction: 0 hides it.
+   * @param {import("../edit/edit.js").Wish | null} edited
    * @param {string} [name] of the transfer function that it replaces; that of the picture if absent
    */
   async setTransfer(edited, name = this._levels.want.picture) {
@@ -201,16 +202,6 @@ export class RendererState extends EventTarget {
     await this._levels.refresh();
     /** Fulfilled when the light of the last edit is computed again, or another edit came first. */
     if (this.#options.relight) this.relit = import("../edit/occlusion.js").then(({ relight }) => relight(this, name));
-  }
-
-  /**
-   * Fades one of several media that lie on grids of their own; 0 hides it, 1 is the package's own opacity.
-   * @param {string} transfer its transfer function
-   * @param {number} opacity factor of its extinction
-   */
-  async setOpacity(transfer, opacity) {
-    (await import("../draw/media.js")).fade(this.#pack, this._changes, transfer, opacity);
-    this._changed();
   }
 
   /**

@@ -13,9 +13,10 @@ import { entriesOf, skipEntries } from "./skip.js";
 /** @typedef {import("../core/types.js").TransferFunction} TransferFunction */
 /**
  * An edited function, and texels of the light that was computed again for it, by texture.
- * @typedef {TransferFunction & {lights?: Map<string, Uint8Array>}} Edit
+ * @typedef {TransferFunction & {lights?: Map<string, Uint8Array>, opacity?: number}} Edit
  */
 /** Colour and extinction per millimetre of each entry, four numbers for one. @typedef {Float64Array} Table */
+/** What an app asks for. @typedef {{points: TransferFunction["points"], reference_mm?: number} | {opacity: number}} Wish */
 
 const BINS = 256;
 const WHOLE = 65535;
@@ -30,11 +31,13 @@ const FIXED = ["maximum", "minimum", "average", "first-hit", "isosurface"];
 
 /**
  * The transfer function that takes the place of another one. Throws VP5023 where that is not to be edited.
- * @param {Package} pack @param {{points: TransferFunction["points"], reference_mm?: number}} edit @param {string} name
- * @returns {TransferFunction}
+ * @param {Package} pack @param {Wish} edit @param {string} name
+ * @returns {Edit}
  */
-export function checkEdit(pack, { points, reference_mm }, name) {
+export function checkEdit(pack, edit, name) {
   const before = pack.transferFunctions.find((each) => each.name === name);
+  if ("opacity" in edit) return fadedBy(pack, edit.opacity, name, before);
+  const { points, reference_mm } = edit;
   if (!pack.manifest.editing || !before) throw new VolpkgError("VP5023", { path: pack.name });
   const problem =
     !Array.isArray(points) || !points.length
@@ -53,6 +56,26 @@ export function checkEdit(pack, { points, reference_mm }, name) {
     reference_mm: length,
     points: points.map((each) => ({ ...each, extinction_per_mm: each.extinction_per_mm * ratio })),
   };
+}
+
+/**
+ * The function of a channel that lies on a grid of its own, faded. Throws VP7084 for another one, or a number below 0.
+ * @param {Package} pack @param {number} opacity @param {string} transfer @param {TransferFunction | undefined} before
+ * @returns {Edit}
+ */
+function fadedBy({ manifest }, opacity, transfer, before) {
+  const own = manifest.pictures.filter(({ grid, media }) => grid && media.length > 1);
+  const isShown = own.some(({ media }) => media.some((each) => each.transfer === transfer));
+  if (!before || !isShown || !(opacity >= 0 && Number.isFinite(opacity)))
+    throw new VolpkgError("VP7084", { transfer, opacity });
+  return { ...before, opacity };
+}
+
+/** Uniforms of media that are faded. @param {Package} pack @param {string} picture @param {Map<string, Edit>} edits */
+function opacitiesOf({ manifest }, picture, edits) {
+  const media = manifest.pictures.find(({ name }) => name === picture)?.media ?? [];
+  const found = media.map(({ transfer }, i) => [`opacity_of_medium_${i}`, edits.get(transfer)?.opacity]);
+  return Object.fromEntries(found.filter(([, opacity]) => opacity !== undefined));
 }
 
 /**
@@ -92,7 +115,7 @@ export async function edited(pack, choice, edits, signal) {
     const channel = pack.manifest.channels.find((each) =>
       each.transfer_functions.some(({ name }) => name === transfer),
     );
-    const edit = edits.get(transfer);
+    const edit = edits.get(transfer)?.opacity === undefined ? edits.get(transfer) : undefined;
     if (!channel) throw new VolpkgError("VP5023", { path: pack.name });
     if (edit) texels[texture.name] = await tableTexels(pack, texture, channel, level.index, edit, signal);
     const bytes = texels[texture.name] ?? (await texelsOf(pack, texture, signal));
@@ -102,13 +125,14 @@ export async function edited(pack, choice, edits, signal) {
       visible(extinctions(texture, bytes), program.compositing, channel.quantization.window, isovalue),
     ]);
   }
+  const values = { ...choice.values, ...opacitiesOf(pack, picture, edits) };
   if (!textures.some(({ role, transfer }) => role === "transfer" && edits.has(transfer ?? picture))) return choice;
   const lights = edits.get(picture)?.lights;
   for (const texture of textures) {
     if (texture.role === "skip") texels[texture.name] = await skipTexels(pack, texture, seen, signal);
     if (texture.role === "light") texels[texture.name] = lights?.get(texture.name) ?? noLight(texture);
   }
-  return { ...choice, texels, relit: Boolean(lights) };
+  return { ...choice, texels, values, relit: Boolean(lights) };
 }
 
 /** Texels of a light of 1 everywhere: the stored light is of another function. @param {Texture} texture */

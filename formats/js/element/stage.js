@@ -1,6 +1,5 @@
 /** A canvas with a camera that people turn: a picture is drawn when something has changed, and coarser in motion. */
 import { Orbit } from "../camera.js";
-import { gridOf } from "../core/drawing.js";
 import { VolpkgError } from "../core/error.js";
 import { linearOf } from "../gl/formats.js";
 import { createRenderer } from "../core/renderer.js";
@@ -45,7 +44,10 @@ export class Stage {
     this.#canvas = canvas;
     this.#pack = pack;
     this.#onError = onError;
-    this.orbit = new Orbit(gridOf(pack.manifest, ""), pack.manifest.render.projection ?? "orthographic");
+    this.orbit = new Orbit(
+      pack.manifest.pictures[0]?.grid ?? pack.manifest.grid,
+      pack.manifest.render.projection ?? "orthographic",
+    );
     this.orbit.look(FIRST_VIEW);
     /** @type {Renderer} */
     this.renderer = /** @type {any} */ (null);
