@@ -7,6 +7,7 @@ _COLOUR = "formats/volprep_formats/readers/colour.py"
 _CHANNELS = ("tests/build/test_colour.py::test_channels_are_premultiplied_linear_light_and_extinction",)
 _FIELD = ("tests/light/test_forms.py::test_a_picture_has_the_light_that_the_texels_hold",)
 _CODES = ("tests/render/test_normal_codes.py::test_the_shader_decodes_what_the_decoder_in_numpy_does",)
+_GRIDS = ("tests/build/test_grids.py::test_it_is_within_the_tolerance_and_so_is_each_channel_alone",)
 _TURNED = ("tests/validation/test_turned_witness.py::test_light_around_is_what_the_scene_states",)
 
 OF_PARTS = (
@@ -219,5 +220,32 @@ OF_PARTS = (
         "slopes",
         ("tests/render/test_headlight.py",),
         anchors=2,
+    ),
+    Mutant(
+        "registration-ignored",
+        "a registration of a channel changes nothing",
+        "formats/volprep_formats/grid.py",
+        "_product(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)",
+        "_world_from_box(grid)",
+        "grids",
+        ("tests/build/test_grids.py::test_a_registration_with_a_shear_is_within_the_tolerance",),
+    ),
+    Mutant(
+        "medium-transposed",
+        "the matrix of a medium is listed row by row",
+        "formats/volprep_formats/package/pictures.py",
+        "numbers=tuple(row[column] for column in range(4) for row in rows)",
+        "numbers=tuple(row[column] for row in rows for column in range(4))",
+        "grids",
+        _GRIDS,
+    ),
+    Mutant(
+        "medium-corner",
+        "the grid of a medium begins at its first voxel's centre",
+        "formats/volprep_formats/grid.py",
+        "halves = [h / 2 for h in reversed(grid.spacing_mm_zyx)]",
+        "halves = [0.0 for h in reversed(grid.spacing_mm_zyx)]",
+        "grids",
+        ("tests/build/test_grids.py::test_a_matrix_from_box_to_box_leads_by_way_of_the_world",),
     ),
 )

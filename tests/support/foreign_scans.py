@@ -11,6 +11,7 @@ import tifffile
 from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import ExplicitVRLittleEndian, generate_uid
 from segment_files import seg, seg_nrrd, structure_set
+from two_grids import write_two_grids
 
 SHAPE_ZYX = (22, 27, 31)
 PICTURE_SIZE = 64
@@ -347,6 +348,12 @@ def colour(folder: Path) -> Path:
     return path
 
 
+def grids(folder: Path) -> Path:
+    """A CT, and uptake on a turned grid that is registered 2 mm away."""
+    moved = "transform = [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
+    return write_two_grids(folder, pet=moved)
+
+
 SCENES: dict[str, Callable[[Path], Path]] = {
     each.__name__: each
     for each in (
@@ -365,6 +372,6 @@ SCENES: dict[str, Callable[[Path], Path]] = {
             slicer,
             contours,
         ),
-        *(contours, average, palette, preintegrated, octahedron, slopes, bricks, soft, turned, together, colour),
+        *(contours, average, palette, preintegrated, octahedron, slopes, bricks, soft, turned, together, colour, grids),
     )
 }
