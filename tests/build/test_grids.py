@@ -198,3 +198,11 @@ def test_a_dose_off_by_a_part_of_a_voxel_is_drawn_there_to_a_hundredth_of_a_voxe
     met = (true_voxel > 0.5) & (true_voxel < count - 1.5)
     assert met.sum() > 50
     assert np.abs(found_voxel - true_voxel)[met].max() < 0.01
+
+
+@pytest.mark.long
+def test_the_witness_agrees_with_each_channel_and_says_that_nobody_saw_both(package, tmp_path) -> None:
+    asked = validate(package, tmp_path / "report", witness=True).witness
+    assert not asked.disagreeing
+    assert not asked.contradicted
+    assert {each.item for each in asked.missing} == {"raycast-both", "pictures of raycast-both"}

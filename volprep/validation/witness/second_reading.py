@@ -194,6 +194,9 @@ def _pictures(
         raise CannotWitnessError(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
         )
+    picture = next(each for each in manifest["pictures"] if each["name"] == asked.program.transfer)
+    if picture.get("grid") and len(picture["media"]) > 1:
+        raise CannotWitnessError("its channels lie on several grids, which the NumPy integrator does not have")
     shown, windows = [], []
     for function in asked.bench.subject.functions(asked.program.transfer):
         wanted = next((each for each in scene.functions if each.name == function.name), None)
@@ -207,7 +210,7 @@ def _pictures(
         shown.append(_shown(wanted, channel, scans[channel["name"]], scene))
         windows.append(tuple(channel["quantization"]["window"]) if channel.get("quantization") else None)
     light = _light(scene, shown[0], windows[0]) if scene.lighting != "none" else None
-    return check_pictures(asked, shown, box_of(manifest["grid"], scene.projection), scene, light)
+    return check_pictures(asked, shown, box_of(picture.get("grid") or manifest["grid"], scene.projection), scene, light)
 
 
 def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene: WitnessedScene) -> WitnessedMedium:
