@@ -136,7 +136,7 @@ OF_PARTS = (
         "* PITCH + inside);",
         "bricks",
         ("tests/render/test_bricks.py::test_the_shader_samples_the_trilinear_field_across_bricks",),
-        anchors=2,
+        anchors=4,
     ),
     Mutant(
         "brick-value",
