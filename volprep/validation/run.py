@@ -49,7 +49,7 @@ from volprep.validation.timing.empty_space import measure_empty_space, ways_of
 from volprep.validation.timing.sweep import SWEEP_VIEW, measure_sweep, nominal_time
 from volprep.validation.verdicts.verdict import judge
 from volprep.validation.witness.judge import ask_witness
-from volprep.validation.witness.records import Witness
+from volprep.validation.witness.records import NotWitnessed, Witness
 from volprep.validation.witness.second_reading import SecondReading, read_again
 from volprep.validation.witness.step_checks import check_steps
 from volprep.vtk.layouts import draw_figure
@@ -60,7 +60,7 @@ from volprep_formats.package.channel_packages import channel_packages, package_o
 from volprep_formats.package.check import data_of_others
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.package.picture import Picture
-from volprep_formats.package.program import PictureProgram
+from volprep_formats.package.program import PictureProgram, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.contents import open_contents
 from volprep_formats.package.storage.files import MANIFEST
@@ -274,9 +274,19 @@ def reread(
     """Read scan, scene and package a second time, and check that finer steps reach the truth; without VTK."""
     again = read_again(path, source, channels, measured.statements)
     manifests = [each.bench.subject.package.manifest for each in measured.statements]
-    classifications = {program.name: program.classification for each in manifests for program in each.programs}
-    again.checks += check_steps(measured.programs, classifications)
+    programs = {program.name: (each, program) for each in manifests for program in each.programs}
+    unfiltered = [name for name, drawn in programs.items() if _has_unfiltered_normals(*drawn)]
+    reason = "its normals are those of voxels, and the truth has normals between them"
+    again.missing += [NotWitnessed(item=f"steps of {name}", reason=reason) for name in unfiltered]
+    known = {name: drawn[1].classification for name, drawn in programs.items() if name not in unfiltered}
+    again.checks += check_steps(measured.programs, known)
     return again
+
+
+def _has_unfiltered_normals(manifest: Manifest, program: Program) -> bool:
+    nearest = {each.role for each in manifest.textures if each.filter == "nearest"}
+    reads = program.lighting != "none" and program.normals_from == "volume"
+    return reads and "normals" in nearest and "volume" not in nearest
 
 
 def _layout_picture(package: Package, folder: ReportFolder) -> str | None:
