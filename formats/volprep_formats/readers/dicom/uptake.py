@@ -11,7 +11,6 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from volprep_formats.readers.dicom.any_file import quiet_pydicom
 from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.source import SUV_UNIT
 
@@ -64,6 +63,8 @@ def uptake_of(images: Sequence[SliceImage]) -> Uptake:
 
 def _header(path: Path) -> "Dataset":
     from pydicom import dcmread  # noqa: PLC0415 - loads slowly
+
+    from volprep_formats.readers.dicom.any_file import quiet_pydicom  # noqa: PLC0415 - loads pydicom
 
     try:
         with quiet_pydicom():
