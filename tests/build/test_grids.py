@@ -201,8 +201,10 @@ def test_a_dose_off_by_a_part_of_a_voxel_is_drawn_there_to_a_hundredth_of_a_voxe
 
 
 @pytest.mark.long
-def test_the_witness_agrees_with_each_channel_and_says_that_nobody_saw_both(package, tmp_path) -> None:
+def test_the_witness_agrees_with_each_channel_and_with_both(package, tmp_path) -> None:
     asked = validate(package, tmp_path / "report", witness=True).witness
     assert not asked.disagreeing
     assert not asked.contradicted
-    assert {each.item for each in asked.missing} == {"raycast-both", "pictures of raycast-both"}
+    # VTK composites several volumes otherwise; NumPy integrates them.
+    assert {each.item for each in asked.missing} == {"raycast-both"}
+    assert any(check.item == "pictures of raycast-both" and check.passed for check in asked.checks)

@@ -6,7 +6,7 @@ named, and so is everything else that cannot be compared, with the reason.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import ParamSpec
@@ -195,8 +195,6 @@ def _pictures(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
         )
     picture = next(each for each in manifest["pictures"] if each["name"] == asked.program.transfer)
-    if picture.get("grid") and len(picture["media"]) > 1:
-        raise CannotWitnessError("its channels lie on several grids, which the NumPy integrator does not have")
     shown, windows = [], []
     for function in asked.bench.subject.functions(asked.program.transfer):
         wanted = next((each for each in scene.functions if each.name == function.name), None)
@@ -207,10 +205,21 @@ def _pictures(
         )
         if channel["name"] not in scans:
             raise CannotWitnessError(f"the voxels of {channel['name']} are not witnessed")
-        shown.append(_shown(wanted, channel, scans[channel["name"]], scene))
+        scan = scans[channel["name"]]
+        shown.append(
+            _shown(wanted, channel, _moved(scan, channel, scene) if len(picture["media"]) > 1 else scan, scene)
+        )
         windows.append(tuple(channel["quantization"]["window"]) if channel.get("quantization") else None)
     light = _light(scene, shown[0], windows[0]) if scene.lighting != "none" else None
     return check_pictures(asked, shown, box_of(picture.get("grid") or manifest["grid"], scene.projection), scene, light)
+
+
+def _moved(scan: WitnessedScan, channel: Json, scene: WitnessedScene) -> WitnessedScan:
+    """Return the scan of a channel where its registration puts it in a picture of several, if it has one."""
+    rows = scene.sources.get(channel["name"], {}).get("transform")
+    if rows is None:
+        return scan
+    return replace(scan, world_from_index=np.array(rows, dtype=np.float64) @ scan.world_from_index)
 
 
 def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene: WitnessedScene) -> WitnessedMedium:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from volprep.validation.witness.independent.normals import WitnessedLight, lit_colours
 from volprep.validation.witness.independent.scan import CannotWitnessError, Floats, WitnessedScan, between_eight
 
+_ROUNDING = 1e-6
+"""In voxels."""
 _MOST_SAMPLES = 300_000
 """Samples in memory at once."""
 
@@ -62,7 +64,8 @@ class Samples:
 
     def colours(self, number: int, values: Floats) -> tuple[Floats, Floats]:
         """Return lit colours and extinctions of one scan."""
-        colours, extinctions = self.shown[number].at(values)
+        colours, extinctions = self.shown[number].at(np.nan_to_num(values))
+        extinctions = np.where(np.isnan(values), 0.0, extinctions)
         if self.light is not None:
             colours = lit_colours(colours, self.light, self.shown[0].scan, self.world_mm, self.directions)
         return colours, extinctions
@@ -75,11 +78,11 @@ def picture(
     step_mm: float,
     light: WitnessedLight | None,
 ) -> Floats:
-    """Return premultiplied linear pixels [ray, 4] of origins and directions of rays through the first scan's box."""
+    """Return premultiplied linear pixels [ray, 4] of origins and directions of rays through the boxes of all scans."""
     origins, directions = rays
     if compositing not in _COMPOSITED:
         raise CannotWitnessError(f"the NumPy integrator has no compositing {compositing}")
-    enter, leave = _through_box(shown[0].scan, origins, directions)
+    enter, leave = _through_boxes(shown, origins, directions)
     met = np.flatnonzero(leave > enter)
     result = np.zeros((len(origins), 4))
     if not len(met):
@@ -95,6 +98,8 @@ def picture(
             along = enter[part, None] + length * (np.arange(count) + 0.5)
         at = origins[part, None] + along[..., None] * directions[part, None]
         values = [sampled(each.scan, at, nearest=each.nearest) for each in shown]
+        if len(shown) > 1:
+            values = [_within(each.scan, at, found) for each, found in zip(shown, values, strict=True)]
         result[part] = _COMPOSITED[compositing](Samples(shown, values, at, directions[part], length, light))
     return result
 
@@ -122,6 +127,21 @@ def _voxels(
     ends = np.sort(np.clip(np.concatenate(faces, axis=1), enter[:, None], leave[:, None]), axis=1)
     ends = np.concatenate([enter[:, None], ends, leave[:, None]], axis=1)
     return 0.5 * (ends[:, 1:] + ends[:, :-1]), np.diff(ends, axis=1)
+
+
+def _within(scan: WitnessedScan, world_mm: Floats, values: Floats) -> Floats:
+    """Return values at places, NaN outside of the box of the scan; a rounding beyond its faces is inside."""
+    place = scan.index_of(world_mm)
+    inside = ((place >= -0.5 - _ROUNDING) & (place <= scan.counts_xyz - 0.5 + _ROUNDING)).all(axis=-1)
+    return np.where(inside, values, np.nan)
+
+
+def _through_boxes(shown: Sequence[WitnessedMedium], origins: Floats, directions: Floats) -> tuple[Floats, Floats]:
+    """Return where rays enter the first and leave the last of the boxes that they meet."""
+    ends = [_through_box(each.scan, origins, directions) for each in shown]
+    enter = np.min([np.where(leave > enter, enter, np.inf) for enter, leave in ends], axis=0)
+    leave = np.max([np.where(leave > enter, leave, -np.inf) for enter, leave in ends], axis=0)
+    return enter, leave
 
 
 def _through_box(scan: WitnessedScan, origins: Floats, directions: Floats) -> tuple[Floats, Floats]:
