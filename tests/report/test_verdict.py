@@ -116,6 +116,12 @@ def test_no_level_keeps_less_of_a_thing_that_box_means_have_lost() -> None:
     assert is_worse(level_view(seen(0.03, flip=0.1, kept=-1.8), seen(0.03, flip=0.1, kept=0.06)), finest)
 
 
+def test_box_means_whose_light_is_not_certain_make_no_level_worse() -> None:
+    level, finest = seen(0.03, flip=0.1, kept=0.59), seen(0.0, flip=0.0)
+    assert not is_worse(level_view(level, seen(0.03, flip=0.1, kept=1.6, within=3.4)), finest)
+    assert is_worse(level_view(level, seen(0.03, flip=0.1, kept=1.6, within=1.5)), finest)
+
+
 def test_a_level_may_be_for_previews_only_if_box_means_are_beyond_the_tolerance() -> None:
     assert may_be_preview([seen(0.005), seen(0.02)], LIMITS)
     assert may_be_preview([seen(0.005, kept=0.5)], LIMITS)

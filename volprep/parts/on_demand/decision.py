@@ -11,6 +11,7 @@ from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import one_channel
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
+from volprep.scene.wishes import refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.on_demand.record import BrickLevel, OnDemand
@@ -40,17 +41,12 @@ def require_on_demand(scene: Scene, profile: DeviceProfile) -> None:
         f"lighting {render.lighting}": render.lighting not in {"none", "headlight"},
         f"normals {scene.lighting.normals}": render.lighting != "none" and scene.lighting.normals == "volume",
         f"baked light {scene.lighting.baked}": scene.lighting.baked != "none",
-        "[grid]": scene.grid is not None,
-        "[segments]": scene.segments is not None,
-        "[together]": scene.together is not None,
-        "[colour]": scene.colour is not None,
-        "editable": scene.editable,
         "frames of a time series": scene.source.frames is not None,
-        "source.labels": bool(scene.source.labels),
     }
     for what, holds in others.items():
         if holds:
             raise VolprepError("VP3034", what=what)
+    refuse_wishes("VP3034", scene, ("[grid]", "[segments]", "[together]", "[colour]", "editable", "source.labels"))
 
 
 def one_volume(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:

@@ -143,10 +143,16 @@ def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
 
 
 def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumbers) -> bool:
-    """Return whether a level keeps less light; light that is lost altogether cannot become less."""
+    """Return whether a level keeps less light; light that is lost altogether cannot become less.
+
+    Box means keep nothing for certain where the uncertainty of their light is larger than it: specks beside the rim of
+    a brain had 1.6 ± 3.4 of it.
+    """
     if level is None or box is None or level.kept_light_at_most is None or box.kept_light is None:
         return False
-    kept, of_box = (min(max(each, 0.0), 1.0) for each in (level.kept_light_at_most, box.kept_light))
+    within = (box.kept_light_at_most or box.kept_light) - box.kept_light
+    certain = box.kept_light if box.kept_light > within else 0.0
+    kept, of_box = (min(max(each, 0.0), 1.0) for each in (level.kept_light_at_most, certain))
     return kept < of_box - max(_lost(finest), 0.0) - _ROUNDING_KEPT
 
 
