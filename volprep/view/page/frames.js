@@ -13,7 +13,7 @@ const SPEEDS = [0.25, 0.5, 1, 2, 4];
  */
 export function frameControls({ renderer }) {
   const { frames = [] } = renderer.package.manifest;
-  if (!frames.length) return;
+  if (!frames.length) return { state: () => 0, show: () => {} };
   const last = frames.length - 1;
   const isTimed = frames.every(({ time_s: time }) => time !== undefined);
   const times = frames.map(({ time_s: time = 0 }, k) => (isTimed ? time - (frames[0].time_s ?? 0) : k * PACE_S));
@@ -57,4 +57,12 @@ export function frameControls({ renderer }) {
   byId("time-body").replaceChildren(make("div", { className: "buttons" }, play, speed, slider), told);
   byId("time").hidden = false;
   show();
+  return {
+    state: () => slider.valueAsNumber,
+    /** Shows the frame of a link. @param {number} frame */
+    show: (frame) => {
+      slider.value = String(frame);
+      return show();
+    },
+  };
 }

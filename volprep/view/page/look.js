@@ -61,13 +61,14 @@ export function lookControls(stage, manifest, changed) {
     byId("step-text").value = text;
     step.setAttribute("aria-valuetext", text);
   };
-  transfer.addEventListener("change", async () => {
+  const choose = async () => {
     const drawn = renderer.inside?.drawn.choice.bricks;
     await renderer.setProgram(transfer.value).catch(showProblem);
     if (drawn) await renderer.setPoint(drawn).catch(showProblem);
     levels();
     changed();
-  });
+  };
+  transfer.addEventListener("change", choose);
   level.addEventListener("change", async () => {
     if (level.value === BRICKS) await renderer.setPoint(bricks).catch(showProblem);
     else await renderer.setLevel((wantedLevel = Number(level.value))).catch(showProblem);
@@ -90,6 +91,17 @@ export function lookControls(stage, manifest, changed) {
   stepText();
   return {
     levels,
+    state: () => transfer.value,
+    /** Shows the picture of a link. @param {string} name */
+    show: (name) => {
+      if (name === transfer.value) return;
+      transfer.value = name;
+      if (!transfer.value) {
+        transfer.value = renderer.program;
+        throw new Error("it has no such picture");
+      }
+      return choose();
+    },
     lock: (/** @type {boolean} */ is) =>
       [transfer, level, step].forEach((each) => (each.disabled = is || (each !== step && each.length < 2))),
   };

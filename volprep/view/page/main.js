@@ -10,6 +10,7 @@ import { functionEditor } from "./editor.js";
 import { json, packageSource, settings } from "./files.js";
 import { frameControls } from "./frames.js";
 import { lightControls, lightLine } from "./light.js";
+import { linkControls } from "./link.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
 import { lend } from "./lent_renderer.js";
@@ -93,7 +94,7 @@ async function showVolume(viewer, told) {
     changed();
   });
   stage.gl.canvas.addEventListener("webglcontextrestored", () => showProblem(null));
-  frameControls(stage);
+  await linkControls(stage, [look, frameControls(stage), cut, segments]);
   toggle("ruler", viewer, "measuring");
   if (told.truth && report) {
     measureControls(byId("measure"), told, {

@@ -35,6 +35,12 @@ export function segmentControls(stage, manifest, changed) {
   };
   const controls = {
     isChanged: () => other.size > 0,
+    state: () => [...other],
+    /** Shows and hides as a link says. @param {[string, boolean][]} state */
+    show: async (state) => {
+      const wanted = new Map(state);
+      if (wanted.size) await choose((i) => wanted.get(segments[i].name) ?? segments[i].visible !== false);
+    },
     /** Shows what the package shows, and gives what changes it again. */
     takeBack: async () => {
       const before = new Map(other);
