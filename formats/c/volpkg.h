@@ -5130,7 +5130,8 @@ static const volpkg_grid* volpkg__grid_of(const volpkg_package* p, const volpkg_
     int32_t i;
     for (i = 0; i < p->pictures.count; ++i) {
         const volpkg_picture* picture = &p->pictures.at[i];
-        if (picture->grid && picture->mixing == VOLPKG_MIXING_ONE && volpkg__is(picture->media.at->channel, channel->name))
+        if (picture->grid && picture->mixing == VOLPKG_MIXING_ONE &&
+            volpkg__is(picture->media.at->channel, channel->name))
             return picture->grid;
     }
     return p->grid;

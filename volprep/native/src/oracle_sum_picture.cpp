@@ -45,8 +45,8 @@ Scene<Voxel> prepare(const OracleMedium<Voxel>* media, int64_t count, int thread
     for (int64_t i = 0; i < count; ++i) {
         const OracleMedium<Voxel>& medium = media[i];
         Medium<Voxel> made{};
-        made.transfer = oracle::prepare_transfer(medium.transfer.count, medium.transfer.values,
-                                                 medium.transfer.colours, medium.transfer.extinctions_per_mm);
+        made.transfer = oracle::prepare_transfer(medium.transfer.count, medium.transfer.values, medium.transfer.colours,
+                                                 medium.transfer.extinctions_per_mm);
         made.field = oracle::field_of(medium.voxels, medium.volume, nullptr);
         made.empty_blocks = oracle::find_empty_blocks(medium.voxels, medium.volume.shape, medium.volume.slope,
                                                       medium.volume.intercept, made.transfer, threads);
@@ -176,9 +176,9 @@ void render_oracle_sum(const OracleMedium<Voxel>* media, int64_t count, double t
     });
 }
 
-#define VOLPREP_INSTANTIATE(Voxel)                                                                              \
-    template void render_oracle_sum<Voxel>(const OracleMedium<Voxel>*, int64_t, double, const OraclePicture&, int) \
-        noexcept;
+#define VOLPREP_INSTANTIATE(Voxel)                                                                            \
+    template void render_oracle_sum<Voxel>(const OracleMedium<Voxel>*, int64_t, double, const OraclePicture&, \
+                                           int) noexcept;
 VOLPREP_INSTANTIATE(uint8_t)
 VOLPREP_INSTANTIATE(int16_t)
 VOLPREP_INSTANTIATE(uint16_t)

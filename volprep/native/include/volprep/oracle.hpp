@@ -31,9 +31,10 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
-// Normals of lit voxels: `vectors`, or directions of gradients if it is null, of labels those of the extinction; or, if `slope_scale` is not 0, slopes
-// as a shader takes them by forward or central differences of stored values, times `slope_scale`. Along axes that are
-// `halved`, central differences use values half a voxel to each side, as on a coarse level.
+// Normals of lit voxels: `vectors`, or directions of gradients if it is null, of labels those of the extinction; or, if
+// `slope_scale` is not 0, slopes as a shader takes them by forward or central differences of stored values, times
+// `slope_scale`. Along axes that are `halved`, central differences use values half a voxel to each side, as on a coarse
+// level.
 struct OracleNormals {
     GradientKernel kernel;
     const float* vectors;  // [z, y, x, (x, y, z)], as long as they are
@@ -46,8 +47,8 @@ struct OracleVolume {
     double slope;  // physical = slope * stored + intercept
     double intercept;
     double spacing_mm_xyz[3];
-    double extent_mm_xyz[3];  // the box; may be smaller than spacing * voxels
-    bool nearest;             // the field is constant in each voxel, as labels are, not trilinear
+    double extent_mm_xyz[3];       // the box; may be smaller than spacing * voxels
+    bool nearest;                  // the field is constant in each voxel, as labels are, not trilinear
     const OracleNormals* normals;  // none where nothing is lit
     oracle::Planes cut{};          // the volume ends at these
 };
