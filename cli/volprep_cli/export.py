@@ -181,7 +181,7 @@ def _export_levels(
         levels = straight_levels(levels)
     if stored or coloured:
         own = None
-        print_note(f"{file}: its values are not those of the transfer functions; export FILE.json writes the looks")
+        print_note(f"{file}: transfer functions have other values; export FILE.json writes the looks")
     labels = label_images(package, level, [look.channel for look in looks])
     with progress() as watcher:
         grids = write(levels, looks, file, watcher, labels=labels, volume_looks=own, stored=stored, replaces=force)

@@ -27,7 +27,7 @@ Memory = Annotated[
     float | None,
     typer.Option(
         min=0.0,
-        help="Draw from the bricks on demand that fit into so many MiB, instead of a level, and say what is missing.",
+        help="Draw from the bricks on demand that fit into so many MiB, instead of a level, and print the bound.",
         metavar="MIB",
     ),
 ]

@@ -22,7 +22,7 @@ import { FORMATS, uploadOf } from "./gl/formats.js";
  * @property {(state: BrickState) => void} [onState] told whenever `state` is another one
  */
 /**
- * What is on the screen. `bound` is the largest root mean square error, over seen pixels, that the missing bricks make.
+ * The picture on the screen. `bound` is the largest root mean square error, over seen pixels, that the missing bricks make.
  * @typedef {{bound: number, missing: number, missingBytes: number, bricks: number, fetchedBytes: number, damaged: number}} BrickState
  */
 
@@ -43,7 +43,7 @@ class Bricks {
   #held;
   /** Place of each brick that is held. @type {Map<number, number>} */
   #at = new Map();
-  /** Bricks that cannot be had. @type {Set<number>} */
+  /** Bricks that are missing or damaged. @type {Set<number>} */
   #broken = new Set();
   /** Level at each brick of level 0. */
   #drawn;
@@ -56,7 +56,7 @@ class Bricks {
   #abort = new AbortController();
   /** @type {ReturnType<typeof setInterval> | undefined} */
   #timer;
-  /** What is on the screen. @type {BrickState} */
+  /** The picture on the screen. @type {BrickState} */
   state = { bound: 1, missing: 0, missingBytes: 0, bricks: 0, fetchedBytes: 0, damaged: 0 };
 
   /** @param {Renderer} renderer @param {BrickIndex} index @param {OnDemandOptions} options */
@@ -84,7 +84,7 @@ class Bricks {
   }
 
   /**
-   * What the renderer draws with: called when it loads, also after a lost context, with which all bricks are lost.
+   * The textures and the program of the renderer. Called when it loads, also after a lost context: all bricks are then lost.
    * @param {import("./core/package.js").Package} pack @param {string} picture
    * @param {typeof import("./core/drawing.js").namedBy} namedBy
    * @returns {Choice}
@@ -153,7 +153,7 @@ class Bricks {
   async #fetch() {
     const { signal } = this.#abort;
     const { target = this.#index.pack.manifest.render.tolerance.rmse / 2 } = this.#options;
-    // The order is that of what it takes away, so that less is asked for where little is missing.
+    // The first ones take the most error away, so that less is asked for where little is missing.
     while (!signal.aborted && this.state.bound > target) {
       const next = this.#wanted.filter((brick) => !this.#at.has(brick) && !this.#broken.has(brick)).slice(0, BATCH);
       if (!next.length) return;

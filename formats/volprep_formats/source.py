@@ -179,7 +179,7 @@ class SourceSpec(Record):
     distances. "tilt": a tilted gantry. If absent, such a series is refused."""
     suv: bool = False
     """DICOM PET only: whether activity becomes SUV by body weight (g/ml), if the header says dose, weight and times. If
-    it does not, the values stay, and a remark says what is missing."""
+    it does not, the values stay, and a remark names the missing attribute."""
     rgb: GreyOf | None = None
     """DICOM, stacks of pictures, mosaics: conversion of colours. "luminance" makes them grey, 0.299 red + 0.587 green +
     0.114 blue; "red", "green" and "blue" select one of them. If absent, pictures in colour are refused."""

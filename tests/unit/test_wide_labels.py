@@ -60,7 +60,7 @@ def mask_of_all(folder: Path) -> str:
 @pytest.mark.parametrize("write", [as_nifti, as_array, as_doubles, as_ome_tiff, as_ome_zarr])
 def test_labels_of_large_numbers_keep_their_numbers(tmp_path: Path, write: Callable[[Path], Path]) -> None:
     spec = SourceSpec(path=str(write(tmp_path / "a")), labels=True)
-    with opened_channel("scan", spec, None, Silent()) as source:
+    with opened_channel(spec, Silent()) as source:
         assert source.info.label_numbers == NUMBERS
         assert np.array_equal(source.read_slab(0, 5), CODES)
         assert not any("rounded" in remark for remark in source.info.remarks)
@@ -68,7 +68,7 @@ def test_labels_of_large_numbers_keep_their_numbers(tmp_path: Path, write: Calla
 
 def test_a_mask_keeps_large_numbers(tmp_path: Path) -> None:
     spec = SourceSpec(path=str(as_array(tmp_path / "a")), labels=True, mask=mask_of_all(tmp_path), outside=0.0)
-    with opened_channel("scan", spec, None, Silent()) as source:
+    with opened_channel(spec, Silent()) as source:
         assert source.info.label_numbers == NUMBERS
 
 
@@ -110,7 +110,7 @@ def test_a_label_whose_number_is_not_exact_is_refused(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", np.array(2**60 + 1).repeat(8).reshape(2, 2, 2))
     with (
         pytest.raises(VolprepError, match="VP1307"),
-        opened_channel("scan", SourceSpec(path=str(tmp_path / "a.npy"), labels=True), None, Silent()),
+        opened_channel(SourceSpec(path=str(tmp_path / "a.npy"), labels=True), Silent()),
     ):
         pass
 
@@ -121,6 +121,6 @@ def test_a_mask_that_is_nan_somewhere_is_refused_with_the_slice(tmp_path: Path) 
     mask[3, 1, 1] = np.nan
     np.save(tmp_path / "mask.npy", mask)
     spec = SourceSpec(path=str(tmp_path / "scan.npy"), mask=str(tmp_path / "mask.npy"), outside=0.0)
-    with opened_channel("scan", spec, None, Silent()) as source, pytest.raises(VolprepError) as error:
+    with opened_channel(spec, Silent()) as source, pytest.raises(VolprepError) as error:
         source.read_slab(0, 5)
     assert (error.value.code, "slice 3" in error.value.summary) == ("VP2082", True)

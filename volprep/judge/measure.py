@@ -80,7 +80,7 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
 def _looks(path: Path, finest: Volume, channel: str | None) -> tuple[VolumeLook, ...]:
     """Return the transfer functions of a scene or of the looks of a file, each as a look without light.
 
-    Of looks those of `channel` count, or all if it is None.
+    The looks of `channel` count, or all if it is None.
     """
     if path.suffix.lower() == ".toml":
         scene = load_request(path).scene

@@ -17,7 +17,7 @@ from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
 from volprep.scene.first_look import with_first_look, with_segment_styles
-from volprep.scene.fused_look import Sampled, with_fused_look
+from volprep.scene.fused_look import MeasuredScan, with_fused_look
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -74,7 +74,7 @@ class Prepared:
         if not self.first_look:
             return self.scene
         if len(found) > 1:
-            body, veil = (Sampled(info, each.statistics, each.rays_zyx[0]) for info, each in found)
+            body, veil = (MeasuredScan(info, each.statistics, each.rays_zyx[0]) for info, each in found)
             return with_fused_look(self.scene, body, veil)
         info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces

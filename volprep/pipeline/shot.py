@@ -55,7 +55,7 @@ class Shot:
     hybrid: HybridWish | None = None
     """Lines around the volume, and a smaller picture of it; the settings of the package if absent."""
     brick_bytes: int | None = None
-    """Memory for bricks on demand, from which the picture is then drawn."""
+    """Memory for bricks on demand. The picture is then drawn from these."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Taken:
     seen: float
     """Part of the pixels in which something is seen."""
     notes: tuple[str, ...] = ()
-    """What is missing in a picture from bricks on demand, and how much that may be."""
+    """Missing bricks of a picture from bricks on demand, and the bound of the error that they make."""
 
 
 def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:

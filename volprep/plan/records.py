@@ -286,7 +286,7 @@ class Plan(Record):
     """All that the stages of a package need to know, and the reasons."""
 
     shared: Shared
-    """Settings that all channels share; grid and crop are those of the first channel."""
+    """Settings that all channels share; grid and crop come from the first channel."""
     channels: Annotated[tuple[ChannelPlan, ...], Field(min_length=1)]
     """The plan of each channel, the default one first."""
     together: TogetherPlan | None = None

@@ -61,7 +61,7 @@ class Axis:
     subdivisions: tuple[float, ...] = (1.0, 2.0, 5.0)
     """Ticks in each power of ten of a logarithmic axis."""
     values: list[float] = field(default_factory=list)
-    """What it must show."""
+    """Values that the axis must show."""
 
     def place(self, value: float) -> float:
         """Return the place of a value: 0 at the beginning and 1 at the end."""
@@ -108,7 +108,7 @@ def _nice_step(least: float) -> float:
 
 @dataclass
 class Axes:
-    """Two axes, and what is drawn between them. A list that is drawn later lies above the one before."""
+    """Two axes, and the drawing between them. A list that is drawn later lies above the one before."""
 
     x: Axis = field(default_factory=Axis)
     y: Axis = field(default_factory=Axis)
@@ -200,7 +200,7 @@ class Axes:
         columns = max(1, min(legend_columns, int(whole / (_LEGEND_SAMPLE + _LETTER * longest + 12))))
         rows = -(-len(self._legend) // columns)
         tall = height + _ABOVE + _BELOW + rows * _LEGEND_ROW
-        # A drawing of its own cuts off what lies beyond the axes.
+        # A drawing of its own cuts off all parts beyond the axes.
         return (
             f'<svg viewBox="0 0 {whole:g} {tall:g}" aria-hidden="true"><g transform="translate({_LEFT:g} {_ABOVE:g})">'
             f"{scale.frame()}"

@@ -56,7 +56,7 @@ _FAR_APART = 3.0
 """Times the distance of pixels from which on slices are far apart."""
 _APART = 1.5
 """The same from which on an object that is bright on one side is shown to its dim end, as an MR is at any distance.
-Where voxels are cubes, as in PET, bright places in a dim body are what is looked at."""
+Where voxels are cubes, as in PET, people look at bright places in a dim body."""
 _SHARE = 0.01
 """Part of the diagonal that opacities of surfaces are for."""
 _CT_SLICES = ((-200.0, "#000000", 0.0), (-150.0, "#1a1a1a", 0.6), (300.0, "#ffffff", 0.99))
@@ -163,7 +163,7 @@ def _of_values(
         return FirstLook("a thin stack, drawn as its slices look", scene.with_transfer((_slices(values),)))
     apart = max(info.grid.spacing_mm_zyx) / min(info.grid.spacing_mm_zyx)
     if values.dim is not None and (apart >= _APART or info.modality == "MR"):
-        # At most half of what is above the lower threshold is above the other one.
+        # At most half of the voxels above the lower threshold are above the other one.
         values = replace(values, background=values.dim, median=values.background)
         if apart >= _FAR_APART:
             said = "slices far apart, brighter on one side, drawn as they look"

@@ -1,7 +1,7 @@
 """Default look of a second scan over a first one: PET or a dose over CT, a map over MR.
 
 The first scan is a translucent body, whose bones or dense parts show where things lie; no light falls on it, because
-what lies within is seen through it. The second one is a veil of colour over the values that people look for: uptake
+organs are seen through it. The second one is a veil of colour over the values that people look for: uptake
 from an SUV of 1.5 on, or from a fifth of the largest value, and a dose from a tenth on in the colours of isodoses.
 """
 
@@ -43,7 +43,7 @@ _Steps = Sequence[tuple[float, str, float]]
 
 
 @dataclass(frozen=True)
-class Sampled:
+class MeasuredScan:
     """A scan that has been measured."""
 
     info: SourceInfo
@@ -64,7 +64,7 @@ def with_veil(scene: Scene, source: SourceSpec) -> Scene:
     return both.model_copy(update={"together": TogetherSettings(name=_PICTURE)})
 
 
-def with_fused_look(scene: Scene, body: Sampled, veil: Sampled) -> Scene:
+def with_fused_look(scene: Scene, body: MeasuredScan, veil: MeasuredScan) -> Scene:
     """Return the scene of two scans with the transfer functions that suit them."""
     kind, looks = _of_body(body)
     what, colours = _of_veil(veil)
@@ -72,7 +72,7 @@ def with_fused_look(scene: Scene, body: Sampled, veil: Sampled) -> Scene:
     return scene.with_transfer((looks, colours)).model_copy(update={"recognised": said})
 
 
-def _of_body(scan: Sampled) -> tuple[str, SceneTransfer]:
+def _of_body(scan: MeasuredScan) -> tuple[str, SceneTransfer]:
     offset = 0.0 if scan.info.unit == "HU" else hounsfield_offset(scan.values)
     if offset is not None:
         return "a CT", _transfer(BODY, [(value - offset, colour, opacity) for value, colour, opacity in _BODY_HU])
@@ -85,7 +85,7 @@ def _of_body(scan: Sampled) -> tuple[str, SceneTransfer]:
     return "an object in a dark field", _transfer(BODY, steps)
 
 
-def _of_veil(scan: Sampled) -> tuple[str, SceneTransfer]:
+def _of_veil(scan: MeasuredScan) -> tuple[str, SceneTransfer]:
     low, high = scan.statistics.minimum, scan.statistics.maximum
     if scan.info.modality == "RTDOSE" or scan.info.unit == "Gy":
         return "a dose, coloured from a tenth of its largest value on", _over(_DOSE, 0.0, high)

@@ -147,7 +147,7 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
 
 
 def _of_looks(transfer: SceneTransfer, path: Path) -> SceneTransfer:
-    """Return a transfer function with the points of a record of looks: those of its name, or of the only function."""
+    """Return a transfer function with the points of a record of looks: of the one of its name, or the only one."""
     media = [each for look in read_looks(path).looks for each in look.media]
     by_name = {each.function.name: each.function for each in media}
     function = by_name.get(transfer.name) or (next(iter(by_name.values())) if len(by_name) == 1 else None)

@@ -286,7 +286,7 @@ class BrickSettings(Record):
 
 
 class OnDemandSettings(Record):
-    """All levels in bricks, of which an app fetches and holds those that a view needs: for scans of any size."""
+    """All levels in bricks. An app fetches and holds the bricks that a view needs: for scans of any size."""
 
     size: Annotated[int, Field(ge=2, le=128)] = 32
     """Voxels along an edge of a brick. A brick holds a layer more on each side, two if it is lit: with 32³ voxels it

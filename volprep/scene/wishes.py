@@ -1,4 +1,4 @@
-"""What a scene asks for, by the names of its keys: parts that cannot have something refuse it by these names."""
+"""Wishes of a scene, by the names of its keys: parts that cannot have something refuse it by these names."""
 
 from collections.abc import Callable, Iterable, Mapping
 

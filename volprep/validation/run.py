@@ -276,7 +276,7 @@ def reread(
     manifests = [each.bench.subject.package.manifest for each in measured.statements]
     programs = {program.name: (each, program) for each in manifests for program in each.programs}
     unfiltered = [name for name, drawn in programs.items() if _has_unfiltered_normals(*drawn)]
-    reason = "its normals are those of voxels, and the truth has normals between them"
+    reason = "its normals are normals of voxels, and the truth has normals between them"
     again.missing += [NotWitnessed(item=f"steps of {name}", reason=reason) for name in unfiltered]
     known = {name: drawn[1].classification for name, drawn in programs.items() if name not in unfiltered}
     again.checks += check_steps(measured.programs, known)

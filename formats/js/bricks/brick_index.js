@@ -10,7 +10,7 @@ const RECORD_BYTES = 24;
 export const WIDTHS = 4;
 
 /**
- * A level. `cells` is its brick at each brick of level 0; `edges` the lengths of bricks along z, y and x, without what lies
+ * A level. `cells` is its brick at each brick of level 0; `edges` the lengths of bricks along z, y and x, without the part that lies
  * beyond the level.
  * @typedef {{first: number, counts: number[], factors: number[], cells: Int32Array, edges: Float64Array[]}} BrickLevel
  */

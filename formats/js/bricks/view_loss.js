@@ -7,7 +7,7 @@ import { WIDTHS } from "./brick_index.js";
 const RAYS = 48;
 const MOST_OPAQUE = 0.999;
 
-/** What bricks would change in one view. */
+/** The changes that bricks would make in one view. */
 export class ViewLoss {
   #index;
   /** Where the segments of each ray begin, and the number of all. @type {number[]} */

@@ -23,7 +23,7 @@
  * @property {number | null} kept_light share of the light of thin structures that is kept
  * @property {"whole" | "cut" | "edited" | "occlusion" | null} light whose precomputed light is drawn: that of the whole
  *   or the cut volume; of an edited function none, or occlusion that was computed again
- * @property {import("../on_demand.js").BrickState} [bricks] of a picture from bricks on demand: what is missing, and the
+ * @property {import("../on_demand.js").BrickState} [bricks] of a picture from bricks on demand: the missing ones, and the
  *   bound of what that changes
  * @property {string[]} differs why this picture is another one than that which was judged
  */

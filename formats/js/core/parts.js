@@ -45,7 +45,7 @@ export function contradictionOf({ frames, pictures, textures, skipping, segments
 }
 
 /**
- * Why bricks on demand are not those of the volume, or undefined.
+ * Why bricks on demand do not belong to the volume, or undefined.
  * @param {Pick<import("./types.js").Manifest, "on_demand" | "grid" | "files">} manifest
  */
 function bricksProblem({ on_demand: bricks, grid, files }) {

@@ -199,7 +199,7 @@ export class Picker {
     };
   }
 
-  /** Values of media on grids of their own; null where there are none. @param {Point} box */
+  /** Values of media on grids of their own; null without any. @param {Point} box */
   #media(box) {
     const media = mediaOnGrids(this.#renderer).map(({ channel, transfer }) => {
       const [lowest, highest] = windowOf(this.#renderer, transfer);

@@ -16,7 +16,7 @@ import { entriesOf, skipEntries } from "./skip.js";
  * @typedef {TransferFunction & {lights?: Map<string, Uint8Array>, opacity?: number}} Edit
  */
 /** Colour and extinction per millimetre of each entry, four numbers for one. @typedef {Float64Array} Table */
-/** What an app asks for. @typedef {{points: TransferFunction["points"], reference_mm?: number} | {opacity: number}} Wish */
+/** An edit that an app asks for. @typedef {{points: TransferFunction["points"], reference_mm?: number} | {opacity: number}} Wish */
 
 const BINS = 256;
 const WHOLE = 65535;

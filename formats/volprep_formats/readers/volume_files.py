@@ -25,7 +25,7 @@ def volumes_in(folder: Path) -> int:
 def series_in(folder: Path) -> list[Path]:
     """Return the volumes directly in a folder, in the order of the numbers in their names.
 
-    Returns nothing if other files are more than the volumes, each of which may have one beside it. Raises OSError.
+    Returns nothing if the folder has more other files than volumes: a volume may have one beside it. Raises OSError.
     """
     files = _ending_with(folder, (*SUFFIXES, *_OF_SIMULATIONS))
     if len(_ending_with(folder, "")) > 2 * len(files):

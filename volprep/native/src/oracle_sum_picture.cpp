@@ -32,7 +32,7 @@ struct Scene {
     double colour_max = 1.0;
 };
 
-// Working memory of a thread: where the ray is in each field, and what it meets in a cell.
+// Working memory of a thread: where the ray is in each field, and the values in a cell.
 struct Work {
     std::vector<RayWalk> walks;
     std::vector<oracle::SumPath> paths;

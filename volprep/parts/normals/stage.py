@@ -1,7 +1,7 @@
 """Normals of every level that the package holds, measured at level 0 and encoded in one pass, slab by slab.
 
 Coarse normals are made from the fine gradients, not from coarse values: their mean over a voxel's block. Normals of
-labels are those of their extinction, which does not depend on how labels are numbered, at each level: with means of
+labels are normals of their extinction, which does not depend on how labels are numbered, at each level: with means of
 fine ones, the inside of coarse voxels at a border was as dark as the border.
 """
 
@@ -105,7 +105,7 @@ class _Encoder:
             yield bytes_of(strip)
 
     def _measure_on(self, level: LevelPlan) -> None:
-        """Take the gradients for a level from its labels, or those of level 0."""
+        """Take the gradients for a level from its labels, or the gradients of level 0."""
         self._factors_zyx = level.factors_zyx
         if self._shown is not None:
             self._source, self._factors_zyx = codes_of_level(self._draft, self._plan, level.index), (1, 1, 1)

@@ -125,7 +125,7 @@ def describe_on_demand(plan: ChannelPlan) -> Iterator[PlanItem]:
     found = plan.part(OnDemandPlan)
     if found is None:
         if plan.levels[0].index > 0:
-            reason = "the scene has no table [on_demand], with which an app fetches the parts of level 0 that it shows"
+            reason = "the scene has no table [on_demand]; with it an app fetches the parts of level 0 that it shows"
             yield PlanItem(name="bricks on demand", kind=KIND, kept=False, reason=reason)
         return
     counts = shape_text(found.counts_zyx(0, plan.grid.shape_zyx))

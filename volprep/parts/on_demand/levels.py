@@ -19,10 +19,10 @@ class Brick:
     """A brick of a level."""
 
     texels: Voxels
-    """Its voxels with those of its neighbours, [z, y, x]; beyond the level the outer ones are repeated."""
+    """Its voxels and the voxels of its neighbours, [z, y, x]; beyond the level the outer ones are repeated."""
     around: Voxels
     """Those of its voxels that the level has, with one layer more on each side: rays between the outermost voxels and
-    the face see half of what is there."""
+    the face see half of it."""
     coarse: Float32Array | None
     """The next level at the places of `around`; None for the coarsest level."""
 

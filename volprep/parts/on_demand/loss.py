@@ -1,4 +1,4 @@
-"""What a picture loses where a brick is drawn from the next coarser level.
+"""The loss of a picture where a brick is drawn from the next coarser level.
 
 Both are classified at the brick's voxels, and composited through the brick along each axis in both directions: columns
 of light. If the light of a column changes by ΔC and its opacity by ΔA, its pixel changes by at most the greater of
@@ -20,10 +20,10 @@ Spacing = tuple[float, float, float]
 _BETWEEN = 16
 """Entries of a table between two codes of 8 bits."""
 _OUTSIDE = 1 / 8
-"""What the layer around a brick counts: half a voxel of it lies in the brick, mixed with at least as much of the inner
-one, a quarter in the mean."""
+"""Share of the layer around a brick: half a voxel of it lies in the brick, mixed with at least half a voxel of the
+inner one, a quarter in the mean."""
 _SEEN = 0.5 / 255
-"""Opacity from which on a pixel counts as seen."""
+"""Least opacity of a pixel that counts as seen."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def brick_loss(
     looks: Sequence[CodeLook],
     soft_per_mm: float | None = None,
 ) -> BrickLoss:
-    """Compare the codes [z, y, x] of a brick with those of the next level at its voxels; None for the coarsest.
+    """Compare the codes [z, y, x] of a brick with the codes of the next level at its voxels; None for the coarsest.
 
     Both have one layer of voxels more on each side, which counts for the loss, but not for what the brick hides. A
     sample is lit from where its column is seen, if `soft_per_mm` is given: the slope in codes below which a place is

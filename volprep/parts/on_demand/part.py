@@ -1,4 +1,4 @@
-"""The part *on demand*: all levels in bricks, of which a device fetches and holds those that its view needs."""
+"""The part *on demand*: all levels in bricks. A device fetches and holds the bricks that its view needs."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Every level in bricks, each compressed by itself, and an index that says what a picture loses without it."""
+"""Every level in bricks, each compressed by itself, and an index with the loss of a picture without each."""
 
 import zlib
 from collections.abc import Iterator, Sequence

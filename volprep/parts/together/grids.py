@@ -17,7 +17,7 @@ from volprep_formats.grid import Affine, Grid, box_from_box, inverse_of
 _MOST = 4
 """Media of a picture that may lie on grids of their own; each takes two uniforms, which have numbered sources."""
 _SLACK = 1e-6
-"""Part of a voxel by which rounding may move a corner beyond a face without making the box larger."""
+"""Part of a voxel that rounding may move a corner beyond a face without making the box larger."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Grids:
     """Where the media of a picture lie."""
 
     grid: Grid
-    """Grid whose box is that of the picture: voxels of the first channel, and as many beside them as it takes."""
+    """Grid with the box of the picture: voxels of the first channel, and all that it takes beside them."""
     placed: tuple[Affine | None, ...]
     """Registration of each channel, in their order."""
     text: str

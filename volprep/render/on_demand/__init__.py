@@ -1,1 +1,1 @@
-"""Pictures of a package from those of its bricks that a device holds: which ones, and what the others would change."""
+"""Pictures of a package from the bricks that a device holds: which ones, and the changes that the others would make."""

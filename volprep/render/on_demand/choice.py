@@ -1,6 +1,6 @@
 """Choose bricks for a view: the greatest loss per byte first, coarse before fine.
 
-A brick is chosen after the one of the next level that covers it, so that what is missing or late is drawn from that.
+A brick is chosen after the one of the next level that covers it, so that a missing or late one is drawn from that.
 """
 
 import heapq

@@ -22,7 +22,7 @@ RAYS = 48
 
 @dataclass(frozen=True)
 class ViewLoss:
-    """What bricks would change in one view."""
+    """The changes that bricks would make in one view."""
 
     cells: NDArray[np.intp]
     """Number of the cell [ray, segment], row by row, along each ray."""
@@ -162,7 +162,7 @@ def _losses(  # noqa: PLR0917 - a level, and rays through the cells
     factors = bricks.layout.factors_zyx[level]
     place = tuple(at // factor for at, factor in zip(cells_zyx, factors, strict=True))
     number = np.ravel_multi_index(place, bricks.records[level].shape)
-    # Light is counted where a ray enters the brick: its loss holds what it hides of itself.
+    # Light is counted where a ray enters the brick: the loss holds the part that a brick hides of itself.
     starts = np.concatenate([np.ones((len(number), 1), bool), number[:, 1:] != number[:, :-1]], axis=1)
     entered = np.maximum.accumulate(np.where(starts, np.arange(number.shape[1]), 0), axis=1)
     reaching = np.take_along_axis(through, entered, axis=1)

@@ -28,7 +28,7 @@ from volprep_formats.package.manifest import Tolerance
 from volprep_formats.package.program import PictureProgram
 
 _SHARES = (1, 2, 6)
-"""Parts of the bricks that there is memory for: all, a half, a sixth."""
+"""Parts of the bricks that fit into memory: all, a half, a sixth."""
 _CLOSER = 4
 """How much larger the volume is in the near view."""
 _NEAR, _INSIDE = "anterior-left, near", "anterior-left, from inside"
@@ -60,7 +60,7 @@ def judge_on_demand(bench: Bench, program: PictureProgram, viewed: ViewedProgram
         bench.progress.advance()
 
 
-def _view(  # noqa: PLR0917 - a picture, and what it is compared with
+def _view(  # noqa: PLR0917 - a picture and its reference
     bench: Bench,
     bricks: BrickFile,
     program: PictureProgram,

@@ -1,4 +1,4 @@
-/** A link to what is on the screen: view, picture, frame, cut and hidden segments, behind the # of the address. */
+/** A link to the picture on the screen: view, picture, frame, cut and hidden segments, behind the # of the address. */
 import { cross, dot, middle, unit } from "../runtime/camera.js";
 import { byId } from "./dom.js";
 import { showProblem } from "./problems.js";
@@ -6,9 +6,9 @@ import { showProblem } from "./problems.js";
 const KEY = "#look=";
 
 /**
- * The button that makes the link; shows what the link of this page holds.
+ * The button that makes the link; shows the state in the link of this page.
  * @param {import("../runtime/stage.js").Stage} stage
- * @param {{state: () => unknown, show: (state: any) => unknown}[]} parts what a link holds beside the view
+ * @param {{state: () => unknown, show: (state: any) => unknown}[]} parts that a link holds beside the view
  */
 export async function linkControls(stage, parts) {
   const button = byId("link");

@@ -14,7 +14,7 @@ from volprep_formats.readers.dicom.fields import CLOCKS, VARIANTS
 from volprep_formats.readers.dicom.header import SliceImage
 
 ORDERED_BY = ("TriggerTime", "TemporalPositionTimeOffset", "FrameReferenceTime", "AcquisitionTime", "ContentTime")
-"""Attributes by which volumes may follow each other, the most telling one first."""
+"""Attributes that may give the order of volumes, the most reliable one first."""
 TIMES_OF_DAY = ("AcquisitionTime", "ContentTime")
 _MILLISECONDS = ("TriggerTime", "FrameReferenceTime")
 _TIME_OF_DAY = re.compile(r"(?:\d{8}(?=\d{6}))?(\d\d):?(\d\d)?:?(\d\d(?:\.\d{1,6})?)?(?:[+-]\d{4})?")

@@ -12,7 +12,7 @@ from volprep_formats.readers.dicom.value import value_of
 
 
 def without_copies(images: Sequence[SliceImage]) -> tuple[SliceImage, ...]:
-    """Return the images without those that repeat header and pixels of an earlier one. Only likely ones are read.
+    """Return the images without copies, which repeat header and pixels of an earlier one. Only likely ones are read.
 
     Copies have the UID of their image, or its place and a UID of their own. Volumes that nothing tells apart may share
     slices, such as empty ones: where all places have equally many images, the latter are copies only if all are.

@@ -20,7 +20,7 @@ from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.source import SourceSpec
 
 _OF_TIME = frozenset({*ORDERED_BY, "TemporalPositionIdentifier", "AcquisitionNumber", "nothing but InstanceNumber"})
-"""Attributes in which time points differ. AcquisitionNumber counts diffusion weights, too, which are told apart."""
+"""Attributes in which time points differ. AcquisitionNumber counts diffusion weights, too, which are refused."""
 _IMAGE_TYPE = VARIANTS.index("ImageType")
 
 

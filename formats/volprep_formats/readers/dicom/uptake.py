@@ -46,7 +46,7 @@ class Uptake:
 
 
 class _MissingError(Exception):
-    """What the header lacks."""
+    """The header lacks an attribute."""
 
 
 def uptake_of(images: Sequence[SliceImage]) -> Uptake:

@@ -1,8 +1,8 @@
 """One of several volumes in a DICOM series: time points, echoes, phases, b-values.
 
 An attribute, or up to three together, that has one value throughout each volume, and another in each, tells them
-apart: time, echo, phase, b-value, magnitude and phase. Their order is that of its values. If there is none, the order
-of a clock at each place does.
+apart: time, echo, phase, b-value, magnitude and phase. They follow each other in the order of its values.
+Without such an attribute, the order of a clock at each place does.
 """
 
 from collections.abc import Iterator, Sequence

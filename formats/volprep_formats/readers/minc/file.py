@@ -61,7 +61,7 @@ class MincFacts:
     shape_zyx: Sequence[int]
     volumes: int
     time: tuple[float, float, str]
-    """Step and start of the axis of time, and its unit; an empty unit if there is none."""
+    """Step and start of the axis of time, and its unit; an empty unit without such an axis."""
     dtype: str
     steps: Sequence[float]
     cosines: Sequence[Sequence[float]]

@@ -91,7 +91,7 @@ class NgffImage:
     shown_in: tuple[str, ...]
     """Colours that channels are shown in, as six hexadecimal digits or ""."""
     time_unit: str = ""
-    """Unit of the axis of time; empty if there is none."""
+    """Unit of the axis of time; empty without a unit."""
 
 
 def picture_of(path: Path, attributes: dict[str, Any]) -> NgffImage | None:

@@ -137,7 +137,7 @@ def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
 
 
 def _number(attributes: Attributes, name: str) -> float:
-    """Return a number of the description, NaN if there is none."""
+    """Return a number of the description, NaN if it is missing."""
     try:
         return float(attributes.get(name, "nan"))
     except ValueError:

@@ -82,7 +82,7 @@ def _of_imagej(description: str, pages: int) -> tuple[StackOrder, str | None]:
 
 
 def _frame_us(description: str) -> int:
-    """Return the distance of frames that ImageJ describes, in microseconds; 0 if there is none."""
+    """Return the distance of frames that ImageJ describes, in microseconds; 0 if it is missing."""
     found = re.search(r"^finterval=([0-9.eE+-]{1,40})\s*$", description, re.MULTILINE)
     unit = re.search(r"^tunit=(\S{1,40})\s*$", description, re.MULTILINE)
     try:

@@ -31,7 +31,7 @@ struct OracleTransfer {
     const double* extinctions_per_mm;  // [count], not negative; above 1e9 (and infinite) counts as 1e9
 };
 
-// Normals of lit voxels: `vectors`, or directions of gradients if it is null, of labels those of the extinction; or, if
+// Normals of lit voxels: `vectors`, or directions of gradients if it is null, for labels of the extinction; or, if
 // `slope_scale` is not 0, slopes as a shader takes them by forward or central differences of stored values, times
 // `slope_scale`. Along axes that are `halved`, central differences use values half a voxel to each side, as on a coarse
 // level.

@@ -1,5 +1,5 @@
-//: Channels on several grids in one picture. Positions are box millimetres of the picture. Sections: place and start, of
-//: each channel $OF, whose box has the size $EXTENT_MM. Places between its samples are start$OF + stride$OF * i in
+//: Channels on several grids in one picture. Positions are box millimetres of the picture. Sections: place and start,
+//: of each channel $OF, whose box has the size $EXTENT_MM. Places between its samples are start$OF + stride$OF * i in
 //: texture coordinates, and it is met where i is within$OF.
 vec3 position(vec3 box_mm) {
   return box_mm;

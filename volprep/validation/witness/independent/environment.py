@@ -1,4 +1,4 @@
-"""Light around a volume that an app turns: what comes from a direction, as the scene states it."""
+"""Light around a volume that an app turns: the light from a direction, as the scene states it."""
 
 from collections.abc import Mapping
 from typing import Any
