@@ -100,7 +100,8 @@ export class RendererState extends EventTarget {
   get notes() {
     const { device, drawn } = this._levels;
     const kind = device?.pictures.kind.name ?? "RGBA16F";
-    const coarse = kind === "RGBA16F" ? [] : [`pictures are kept in ${kind}, without half floats: dark parts may show bands`];
+    const coarse =
+      kind === "RGBA16F" ? [] : [`pictures are kept in ${kind}, without half floats: dark parts may show bands`];
     return coarse.concat(drawn?.notes ?? []);
   }
 
