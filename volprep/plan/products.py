@@ -1,6 +1,6 @@
 """Planned contents of a package besides levels and tables, as records that the stages read."""
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -22,9 +22,6 @@ from volprep_formats.package.texture import MosaicLayout, SampleFilter, TextureC
 from volprep_formats.package.values import PackagePath
 from volprep_formats.record import Record
 from volprep_formats.textures.texel_formats import LookupFormat, TextureFormat
-
-if TYPE_CHECKING:
-    from volprep.plan.records import ChannelPlan
 
 
 class BlockTexturePlan(TextureContent):
@@ -236,12 +233,6 @@ class OnDemandPlan(OnDemand):
 
     programs: tuple[ProgramDesign, ...]
     """A program for each picture."""
-
-
-def beside_levels(plan: "ChannelPlan") -> tuple[ProgramDesign, ...]:
-    """Return the programs of a channel that draw level 0 from something else than its texture."""
-    parts = plan.part(SubvolumesPlan), plan.part(OnDemandPlan)
-    return tuple(program for part in parts if part is not None for program in part.programs)
 
 
 class ProxyMeshPlan(Record):

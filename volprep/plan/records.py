@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, SerializeAsAny
 
 from volprep.plan.form_trial import FormTrial
-from volprep.plan.products import FramesPlan, SegmentsPlan, TogetherPlan
+from volprep.plan.products import FramesPlan, OnDemandPlan, SegmentsPlan, SubvolumesPlan, TogetherPlan
 from volprep.scene.scene import Refinement
 from volprep_formats.grid import Count, Grid
 from volprep_formats.package.channel import Codes, LevelFilter, Resolution
@@ -261,6 +261,12 @@ class ChannelPlan(Record):
     def tables(self) -> tuple[LookupPlan | PreintegratedPlan | PalettePlan, ...]:
         """The table of each transfer function; empty if voxels are classified."""
         return (*self.lookups, *self.preintegrated, *self.palettes)
+
+    @property
+    def programs_beside_levels(self) -> tuple[ProgramDesign, ...]:
+        """Programs that draw level 0 from something else than its texture."""
+        parts = self.part(SubvolumesPlan), self.part(OnDemandPlan)
+        return tuple(program for part in parts if part is not None for program in part.programs)
 
     @property
     def value_slack(self) -> float:

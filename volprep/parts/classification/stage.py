@@ -13,7 +13,7 @@ from volprep.parts.level_choices import file_of_level, own_tables, table_of_leve
 from volprep.parts.levels.joint_histogram import joint_shares
 from volprep.parts.stage import Shapes, Stage, Work, present
 from volprep.parts.work import codes_of_level, codes_of_source
-from volprep.plan.products import EditingPlan, beside_levels
+from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
 from volprep.transfer.integral import ends_of_entries, in_unit, integrate
 from volprep.transfer.lookup import lookup_table, lookup_texels
@@ -42,7 +42,7 @@ class _Step(Record):
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
     common = (plan.quantize, *plan.levels, *plan.transfer_functions, *plan.tables)
     step = _Step(step_mm=plan.rays.step_mm) if plan.lookups or plan.preintegrated else None
-    return (*common, *present(step, plan.part(EditingPlan)), *beside_levels(plan))
+    return (*common, *present(step, plan.part(EditingPlan)), *plan.programs_beside_levels)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
@@ -70,7 +70,9 @@ def _textures(
 
 def _drawn_levels(plan: ChannelPlan) -> set[int]:
     """Return the levels that programs draw: level 0 may be drawn where it is too large for a texture."""
-    return {level for program in beside_levels(plan) for level in program.levels} | {each.index for each in plan.levels}
+    return {level for program in plan.programs_beside_levels for level in program.levels} | {
+        each.index for each in plan.levels
+    }
 
 
 def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
-from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan, beside_levels
+from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
 from volprep_formats.package.manifest import Contribution
@@ -23,7 +23,7 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
         *plan.volumes,
         *plan.tables,
         *plan.programs,
-        *beside_levels(plan),
+        *plan.programs_beside_levels,
         *(program for part in (plan.part(ProxyPlan),) if part for program in part.programs),
     )
 
@@ -32,7 +32,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     meshes, skip = plan.part(ProxyPlan), plan.part(SkipPlan)
     # A draft may hold programs of what a stage has not made yet.
     made = {"subvolumes": draft.manifest.subvolumes, "on-demand": draft.manifest.on_demand}
-    beside = tuple(program for program in beside_levels(plan) if made[program.sampling] is not None)
+    beside = tuple(program for program in plan.programs_beside_levels if made[program.sampling] is not None)
     at_meshes = () if meshes is None or draft.manifest.proxy is None else meshes.programs
     designs = (*plan.programs, *beside, *at_meshes)
     progress.start("shaders", len(designs))
