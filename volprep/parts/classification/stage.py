@@ -70,9 +70,8 @@ def _textures(
 
 def _drawn_levels(plan: ChannelPlan) -> set[int]:
     """Return the levels that programs draw: level 0 may be drawn where it is too large for a texture."""
-    return {level for program in plan.programs_beside_levels for level in program.levels} | {
-        each.index for each in plan.levels
-    }
+    beside = {level for program in plan.programs_beside_levels for level in program.levels}
+    return beside | {level.index for level in plan.levels}
 
 
 def _lookups(draft: Draft, plan: ChannelPlan, lookup: LookupPlan, function: TransferFunction) -> Iterator[Texture]:
