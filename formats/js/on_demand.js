@@ -152,7 +152,8 @@ class Bricks {
 
   async #fetch() {
     const { signal } = this.#abort;
-    const { target = this.#index.pack.manifest.render.tolerance.rmse / 2 } = this.#options;
+    const { tolerance } = /** @type {any} */ (this.#index.pack.manifest.render);
+    const { target = tolerance.rmse / 2 } = this.#options;
     // The first ones take the most error away, so that less is asked for where little is missing.
     while (!signal.aborted && this.state.bound > target) {
       const next = this.#wanted.filter((brick) => !this.#at.has(brick) && !this.#broken.has(brick)).slice(0, BATCH);

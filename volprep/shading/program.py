@@ -165,6 +165,8 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         slots |= feature.slots
         words |= feature.words
         offered |= feature.offers
+    if slots["voxel_light"] is not None:
+        offered["LIT_AT"] = "middle"  # of a voxel of a label, wherever the compositing lights its samples
     offered.setdefault("FROM", offered.get("FIRST", ""))
     offered.setdefault("NORMAL", f"normal_at({offered.get('LIT_AT', '')})")
     return compose("ray/fragment", dialect, slots, words, offered)

@@ -8,7 +8,8 @@ import { filesOf } from "./progressive.js";
  * @param {import("./renderer_state.js").RendererState} state @param {number | {seconds: number}} wanted
  * @param {import("./options.js").RendererOptions} options
  */
-export async function show({ _levels: levels, _changes: changes, package: pack }, wanted, { frameBytes = 120e6 }) {
+export async function show(state, wanted, { frameBytes = 120e6 }) {
+  const { _levels: levels, _changes: changes, package: pack } = /** @type {any} */ (state);
   const { picture, level } = levels.want;
   const { frames = [] } = pack.manifest;
   const frame = typeof wanted === "number" ? wanted : frameAt(frames, wanted.seconds);

@@ -129,7 +129,8 @@ export async function loadTechnique(
   check(signal);
   /** @type {Technique | null} */
   let made = null;
-  use(() => (made = new Technique(gl, program, passes, level.grid.extent_mm_zyx, stack, mesh)));
+  // Pictures on a grid of their own have one technique, ray casting.
+  use(() => (made = new Technique(gl, program, passes, pack.manifest.grid.extent_mm_zyx, stack, mesh)));
   return /** @type {Technique | null} */ (made);
 }
 

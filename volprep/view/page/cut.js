@@ -81,13 +81,13 @@ export function cutControls(stage, manifest, changed) {
   return {
     isCut,
     state: () => (isCut() ? { box, plane } : null),
-    /** Cuts as a link says. @param {ReturnType<typeof clip> & {plane: typeof plane} | null} state */
+    /** Cuts as a link says. @param {any} state */
     show: async (state) => {
       if (!state) return;
       box.forEach((corner, end) => corner.forEach((_, axis) => (corner[axis] = Number(state.box[end][axis]))));
       plane = state.plane;
       depth.disabled = !plane;
-      depth.value = String(STEPS * (plane?.share ?? 0.5));
+      depth.value = String(STEPS * (state.plane?.share ?? 0.5));
       for (const each of sliders) each.show();
       await apply();
     },

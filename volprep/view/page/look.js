@@ -64,7 +64,7 @@ export function lookControls(stage, manifest, changed) {
   const choose = async () => {
     const drawn = renderer.inside?.drawn.choice.bricks;
     await renderer.setProgram(transfer.value).catch(showProblem);
-    if (drawn) await renderer.setPoint(drawn).catch(showProblem);
+    if (drawn) await renderer.setPoint(/** @type {any} */ (drawn)).catch(showProblem);
     levels();
     changed();
   };
