@@ -41,6 +41,13 @@ def wish_among(scene: Scene, names: Iterable[str]) -> str | None:
     return None
 
 
+def refuse_any(code: str, wanted: Mapping[str, bool], **fields: object) -> None:
+    """Raise `code` with the first of the wishes that the scene has, by what it is for people."""
+    for what, is_wanted in wanted.items():
+        if is_wanted:
+            raise VolprepError(code, what=what, **fields)
+
+
 def refuse_wishes(code: str, scene: Scene, names: Iterable[str], **fields: object) -> None:
     """Raise `code` with the first of the named wishes that the scene has."""
     what = wish_among(scene, names)

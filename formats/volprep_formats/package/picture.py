@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from volprep_formats.grid import Affine, Count, Grid, Index, Signed, row_of
+from volprep_formats.package.program import MediumSource
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.package.values import ByteCount
 from volprep_formats.record import Record
@@ -69,21 +70,6 @@ class Fidelity(Record):
     black or over white, whichever is larger, at 67 pixels per degree."""
 
 
-MediumSource = Literal[
-    "medium_0_from_box",
-    "medium_1_from_box",
-    "medium_2_from_box",
-    "medium_3_from_box",
-    "texture_from_medium_0",
-    "texture_from_medium_1",
-    "texture_from_medium_2",
-    "texture_from_medium_3",
-    "opacity_of_medium_0",
-    "opacity_of_medium_1",
-    "opacity_of_medium_2",
-    "opacity_of_medium_3",
-]
-"""Sources of uniforms of the media of a picture whose channels lie on several grids."""
 OF_MEDIUM: tuple[tuple[MediumSource, MediumSource, MediumSource], ...] = (
     ("medium_0_from_box", "texture_from_medium_0", "opacity_of_medium_0"),
     ("medium_1_from_box", "texture_from_medium_1", "opacity_of_medium_1"),

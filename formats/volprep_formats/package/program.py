@@ -58,12 +58,7 @@ OF_ALL_SAMPLES: frozenset[CompositingName] = LAID_OVER | {"mida"}
 """Compositings that take the extinction of every sample. The others show one value of a ray, with its own opacity."""
 Rays = Literal["box", "mesh"]
 """Start and end of rays: the volume's box, or proxy geometry."""
-UniformSource = Literal[
-    "box_from_clip",
-    "step_mm",
-    "texture_from_box",
-    "mipmap",
-    "blocks_from_box",
+MediumSource = Literal[
     "medium_0_from_box",
     "medium_1_from_box",
     "medium_2_from_box",
@@ -76,6 +71,15 @@ UniformSource = Literal[
     "opacity_of_medium_1",
     "opacity_of_medium_2",
     "opacity_of_medium_3",
+]
+"""Sources of uniforms of the media of a picture whose channels lie on several grids."""
+UniformSource = Literal[
+    "box_from_clip",
+    "step_mm",
+    "texture_from_box",
+    "mipmap",
+    "blocks_from_box",
+    MediumSource,
     "block_low_mm",
     "block_high_mm",
     "split_voxel",

@@ -221,14 +221,14 @@ def format_of(path: Path) -> SourceFormat:
 
 def format_of_source(spec: SourceSpec, base: Path) -> SourceFormat:
     """Name the format that a source is read as; a relative path starts at `base`. Raises VP1001 to VP1003."""
-    _, reader = _found(spec, base)
+    _, _, reader = _found(spec, base)
     return reader.name
 
 
 def channels_of(path: Path) -> list[str]:
     """Names of the channels of a file or folder, "" where they have none. Raises what `list_channels` raises."""
     spec = SourceSpec(path=path_text(path))
-    return [""] if _found(spec, Path())[1].numbers is None else list_channels(spec, Path())[1]
+    return [""] if _found(spec, Path())[2].numbers is None else list_channels(spec, Path())[1]
 
 
 def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "volume"], list[str]]:
@@ -236,7 +236,7 @@ def list_channels(spec: SourceSpec, base: Path) -> tuple[Literal["channel", "vol
 
     Raises what `open_source` raises, and VP1242 for a format whose files have one channel.
     """
-    path, reader = _found(spec, base)
+    _, path, reader = _found(spec, base)
     if reader.numbers is None:
         raise VolprepError("VP1242", path=path, format=reader.name)
     names: list[str] = import_module(f"{__name__}.{reader.module}").channel_names(spec, path)
@@ -251,14 +251,15 @@ def time_axis_of(spec: SourceSpec, base: Path) -> TimeAxis:
     files = _volumes_of(spec.place(base))
     if files:
         return folder_frames(files)
-    path, reader = _found(spec, base)
+    _, path, reader = _found(spec, base)
     if "frames" not in reader.keys:
         raise VolprepError("VP1004", path=path, key="frames", format=reader.name)
     axis: TimeAxis = import_module(f"{__name__}.{reader.module}").time_axis(spec, path)
     return axis
 
 
-def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
+def _found(spec: SourceSpec, base: Path) -> tuple[SourceSpec, Path, Reader]:
+    """Return the source itself, or the one file that it means in a folder of volumes; its path, and its reader."""
     spec = _member(spec, base)
     path = header_beside(spec.place(base))
     try:
@@ -268,7 +269,7 @@ def _found(spec: SourceSpec, base: Path) -> tuple[Path, Reader]:
         raise no_such_path(path) from error
     except OSError as error:
         raise VolprepError("VP1003", path=path, error=error.strerror or error) from error
-    return path, _reader(spec, path)
+    return spec, path, _reader(spec, path)
 
 
 def _member(spec: SourceSpec, base: Path) -> SourceSpec:
@@ -295,8 +296,7 @@ def _volumes_of(folder: Path) -> list[Path]:
 
 
 def _open(spec: SourceSpec, base: Path, progress: Progress, function: str) -> Any:
-    spec = _member(spec, base)
-    path, reader = _found(spec, base)
+    spec, path, reader = _found(spec, base)
     for key in _KEYS:
         # `repair` is an empty tuple if it is absent.
         if getattr(spec, key) not in (None, ()) and key not in reader.keys:

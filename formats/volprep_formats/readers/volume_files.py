@@ -27,8 +27,9 @@ def series_in(folder: Path) -> list[Path]:
 
     Returns nothing if the folder has more other files than volumes: a volume may have one beside it. Raises OSError.
     """
-    files = _ending_with(folder, (*SUFFIXES, *_OF_SIMULATIONS))
-    if len(_ending_with(folder, "")) > 2 * len(files):
+    there = _ending_with(folder, "")
+    files = [path for path in there if path.name.lower().endswith((*SUFFIXES, *_OF_SIMULATIONS))]
+    if len(there) > 2 * len(files):
         return []
     return sorted(files, key=lambda path: (_numbers(path), path.name))
 

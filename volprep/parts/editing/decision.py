@@ -5,7 +5,7 @@ that can be rebuilt may depend on them: no crop, no values without codes, no fil
 function only.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.joint_histogram import reference_mm
@@ -13,8 +13,7 @@ from volprep.parts.levels.level_input import BY_LOOKS
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
-from volprep.scene.wishes import refuse_wishes
-from volprep_formats.diagnostics import VolprepError
+from volprep.scene.wishes import refuse_any, refuse_wishes
 from volprep_formats.grid import Grid
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.editing.record import BINS, JointHistogram
@@ -34,17 +33,10 @@ def for_edits(scene: Scene, _profile: DeviceProfile, _channels: int) -> Scene:
         f"classification {scene.render.classification}": scene.render.classification != "lookup",
         f"pyramid.filter {scene.pyramid.filter}": scene.pyramid.filter in BY_LOOKS,
     }
-    refuse_frozen(frozen)
+    refuse_any("VP3080", frozen)
     refuse_wishes("VP3080", scene, ("[proxy]",))
     skip = scene.skip.model_copy(update={"ranges": scene.skip.kind != "none"})
     return scene.model_copy(update={"crop": "none", "skip": skip})
-
-
-def refuse_frozen(frozen: Mapping[str, bool]) -> None:
-    """Raise VP3080 for a wish that does not go with edits, of those named."""
-    for what, wanted in frozen.items():
-        if wanted:
-            raise VolprepError("VP3080", what=what)
 
 
 def plan_editing(scene: Scene, grid: Grid, levels: tuple[LevelPlan, ...]) -> EditingPlan | None:

@@ -11,8 +11,7 @@ from volprep.parts.case import Case
 from volprep.plan.products import FramesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
-from volprep.scene.wishes import refuse_wishes
-from volprep_formats.diagnostics import VolprepError
+from volprep.scene.wishes import refuse_any, refuse_wishes
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
@@ -66,9 +65,7 @@ def require_possible(scene: Scene, profile: DeviceProfile) -> None:
             scene.pyramid.filter not in _FIXED | _extrema(scene)
         ),
     }
-    for what, wanted in others.items():
-        if wanted:
-            raise VolprepError("VP3073", what=what)
+    refuse_any("VP3073", others)
 
 
 def _extrema(scene: Scene) -> frozenset[LevelFilter]:

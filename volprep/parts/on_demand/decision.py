@@ -11,7 +11,7 @@ from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import one_channel
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
-from volprep.scene.wishes import refuse_wishes
+from volprep.scene.wishes import refuse_any, refuse_wishes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.on_demand.record import BrickLevel, OnDemand
@@ -43,9 +43,7 @@ def require_on_demand(scene: Scene, profile: DeviceProfile) -> None:
         f"baked light {scene.lighting.baked}": scene.lighting.baked != "none",
         "frames of a time series": scene.source.frames is not None,
     }
-    for what, holds in others.items():
-        if holds:
-            raise VolprepError("VP3034", what=what)
+    refuse_any("VP3034", others)
     refuse_wishes("VP3034", scene, ("[grid]", "[segments]", "[together]", "[colour]", "editable", "source.labels"))
 
 

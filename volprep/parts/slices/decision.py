@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from volprep.parts.editing.decision import refuse_frozen
 from volprep.parts.levels.decision import candidate_levels, filter_of
 from volprep.parts.slices.atlases import fit_atlases, layouts, slice_shape_yx
 from volprep.plan.item_kinds import LEVEL
@@ -13,7 +12,7 @@ from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Misfit
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene, SceneRender, SliceSettings
-from volprep.scene.wishes import wish_among
+from volprep.scene.wishes import refuse_any, wish_among
 from volprep.transfer.palette import best_palette
 from volprep.transfer.preclassified import code_colours
 from volprep_formats.diagnostics import VolprepError
@@ -40,12 +39,11 @@ def with_slices(scene: Scene, _profile: DeviceProfile, channels: int) -> Scene:
     if not scene.editable:
         return scene
     settings = scene.slices or SliceSettings()
-    refuse_frozen(
-        {
-            f"lab.slices.form {settings.form}": settings.form != "palette",
-            f"lab.slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
-        }
-    )
+    frozen = {
+        f"lab.slices.form {settings.form}": settings.form != "palette",
+        f"lab.slices.palette_entries {settings.palette_entries}": settings.palette_entries < ENTRIES,
+    }
+    refuse_any("VP3080", frozen)
     return scene.model_copy(update={"crop": "none"})
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from volprep.parts.case import Case
 from volprep.plan.shape_text import shape_text
 from volprep.scene.scene import Scene
-from volprep.scene.wishes import refuse_wishes
-from volprep_formats.diagnostics import VolprepError
+from volprep.scene.wishes import refuse_any, refuse_wishes
 from volprep_formats.grid import Affine, Grid, box_from_box, inverse_of
 
 _MOST = 4
@@ -79,6 +78,4 @@ def _require_possible(media: Sequence[Case], scene: Scene) -> None:
         "[hybrid]": scene.hybrid is not None,
         "a transform of the first channel": media[0].placed is not None,
     }
-    for what, wanted in others.items():
-        if wanted:
-            raise VolprepError("VP1246", path=scene.name, name=name, what=what)
+    refuse_any("VP1246", others, path=scene.name, name=name)

@@ -31,11 +31,12 @@ export function frameControls({ renderer }) {
     told.textContent = `frame ${slider.value}${seconds === undefined ? "" : `, ${number(seconds)} s`}`;
     await renderer.setFrame(slider.valueAsNumber).catch(showProblem);
   };
-  const begin = () => (begun &&= { at: times[slider.valueAsNumber], clock: performance.now() });
+  const now = () => ({ at: times[slider.valueAsNumber], clock: performance.now() });
+  const begin = () => (begun &&= now());
   const step = async () => {
     if (!begun) return;
-    const now = (begun.at + ((performance.now() - begun.clock) / 1000) * Number(speed.value)) % length;
-    const later = times.findIndex((time) => time > now);
+    const at = (begun.at + ((performance.now() - begun.clock) / 1000) * Number(speed.value)) % length;
+    const later = times.findIndex((time) => time > at);
     const frame = (later < 0 ? frames.length : later) - 1;
     if (frame !== slider.valueAsNumber) {
       slider.value = String(frame);
@@ -49,7 +50,7 @@ export function frameControls({ renderer }) {
   });
   speed.addEventListener("change", begin);
   play.addEventListener("click", () => {
-    begun = begun ? null : { at: times[slider.valueAsNumber], clock: performance.now() };
+    begun = begun ? null : now();
     play.setAttribute("aria-pressed", String(!!begun));
     play.textContent = begun ? "Pause" : "Play";
     step();
