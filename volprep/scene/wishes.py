@@ -42,7 +42,7 @@ def wish_among(scene: Scene, names: Iterable[str]) -> str | None:
 
 
 def refuse_any(code: str, wanted: Mapping[str, bool], **fields: object) -> None:
-    """Raise `code` with the first of the wishes that the scene has, by what it is for people."""
+    """Raise `code` with the name of the first wish that the scene has."""
     for what, is_wanted in wanted.items():
         if is_wanted:
             raise VolprepError(code, what=what, **fields)
