@@ -29,8 +29,11 @@ def test_every_code_that_is_raised_is_in_the_catalogue_and_none_is_there_for_not
     assert raised_codes() == set(CATALOGUE)
 
 
-def test_codes_stand_in_order() -> None:
-    assert list(CATALOGUE) == sorted(CATALOGUE)
+def test_codes_stand_in_order_in_their_files_and_once() -> None:
+    files = sorted((ROOT / "formats" / "volprep_formats" / "diagnostics").glob("*.py"))
+    codes = [re.findall(r"^(VP\d{4}) ", file.read_text(encoding="utf-8"), re.MULTILINE) for file in files]
+    assert codes == [sorted(set(of_file)) for of_file in codes]
+    assert sum(map(len, codes)) == len(CATALOGUE)
 
 
 @pytest.mark.parametrize("code", CATALOGUE)

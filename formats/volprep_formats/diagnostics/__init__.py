@@ -22,23 +22,21 @@ from volprep_formats.diagnostics.shown import Lines, SafeText, shown
 
 __all__ = ["CATALOGUE", "Diagnostic", "ExitStatus", "Lines", "SafeText", "VolprepError"]
 
-CATALOGUE: dict[str, Diagnostic] = {
-    **sources.ENTRIES,
-    **recognition.ENTRIES,
-    **segments.SOURCE_ENTRIES,
-    **geometry.ENTRIES,
-    **scene.ENTRIES,
-    **segments.SCENE_ENTRIES,
-    **light.ENTRIES,
-    **scene.COMBINED_ENTRIES,
-    **segments.FITTING_ENTRIES,
-    **package.ENTRIES,
-    **rendering.ENTRIES,
-    **validation.ENTRIES,
-    **machine.ENTRIES,
-    **batch.ENTRIES,
-    **defects.ENTRIES,
-}
+_FILES = (
+    sources,
+    recognition,
+    segments,
+    geometry,
+    scene,
+    light,
+    package,
+    rendering,
+    validation,
+    machine,
+    batch,
+    defects,
+)
+CATALOGUE: dict[str, Diagnostic] = dict(sorted(item for file in _FILES for item in file.ENTRIES.items()))
 
 
 class VolprepError(Exception):

@@ -1,5 +1,6 @@
 """An entry of the catalogue of diagnostics, and the exit statuses of the command line."""
 
+import re
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -36,3 +37,13 @@ class Diagnostic:
     status: ExitStatus
     summary: str
     remedy: str
+
+
+def entries(text: str) -> dict[str, Diagnostic]:
+    """Parse entries: a line of code, status and summary, then the remedy in indented lines."""
+    parsed = {}
+    for entry in re.split(r"^(?=VP)", text, flags=re.MULTILINE)[1:]:
+        head, *remedy = entry.splitlines()
+        code, status, summary = head.split(" ", 2)
+        parsed[code] = Diagnostic(ExitStatus[status], summary, " ".join(line.strip() for line in remedy))
+    return parsed
