@@ -2,18 +2,17 @@
  * Draws a picture from bricks that are fetched as its view needs them, for volumes of any size. spec/on_demand.md.
  *
  * Bricks are chosen when the camera rests: those first that take most of the error away for each byte. While they come,
- * each place is drawn from the finest brick that is there.
+ * each place is drawn from the finest brick that is there. While it moves, some are fetched for where it goes.
  */
 import { BrickIndex } from "./bricks/brick_index.js";
 import { fetchBricks } from "./bricks/brick_fetch.js";
+import { BrickPool } from "./bricks/brick_pool.js";
 import { ViewLoss, inOrder } from "./bricks/view_loss.js";
 import { VolpkgError } from "./core/messages.js";
 import { createRenderer } from "./core/renderer.js";
-import { FORMATS, uploadOf } from "./gl/formats.js";
 
 /** @typedef {import("./core/renderer.js").Renderer} Renderer */
 /** @typedef {import("./core/drawing.js").Choice} Choice */
-/** @typedef {import("./core/types.js").Texture} Texture */
 /**
  * @typedef {object} OnDemandOptions
  * @property {number} [memoryBytes] of bricks; all of the pool if absent
@@ -26,33 +25,41 @@ import { FORMATS, uploadOf } from "./gl/formats.js";
  * @typedef {{bound: number, missing: number, missingBytes: number, bricks: number, fetchedBytes: number, damaged: number}} BrickState
  */
 
-/** Milliseconds that a camera rests before bricks are chosen for it. */
+/** @typedef {{places: readonly (readonly number[])[], mm?: number}} Places x, y, z in box millimetres, and voxels that suffice there */
+
+/** Milliseconds between two looks at the camera; it rests if both see the same. */
 const REST = 80;
 /** Bricks that are asked for before the bound is looked at again. */
 const BATCH = 16;
-const POOL = "brick-pool";
-const PAGES = "brick-pages";
+/** How far bricks are fetched ahead of a moving camera, in looks. */
+const AHEAD = 3;
+/** Rays along each axis of the picture while the camera moves, so that no frame waits. */
+const MOVING_RAYS = 16;
+/** Milliseconds until a brick whose request failed is asked for again. */
+const RETRY = 10_000;
+const ROUNDS = 4;
 
 /** The bricks that a renderer holds. Get one from `drawOnDemand`. */
-class Bricks {
+export class Bricks {
   #renderer;
   #index;
   #options;
-  #places;
-  /** Bricks in the pool, by their place. @type {Int32Array} */
-  #held;
-  /** Place of each brick that is held. @type {Map<number, number>} */
-  #at = new Map();
-  /** Bricks that are missing or damaged. @type {Set<number>} */
-  #broken = new Set();
-  /** Level at each brick of level 0. */
-  #drawn;
-  #pages;
+  #pool;
+  /** Bricks that are damaged, or could not be had, and when they are asked for again. @type {Map<number, number>} */
+  #broken = new Map();
   #fetched = 0;
   /** @type {ViewLoss | null} */
   #view = null;
-  #seen = "";
+  /** The camera of the last look, and the one for which bricks were chosen. */
+  #last = { key: "", matrix: /** @type {number[]} */ ([]) };
+  #chosen = "";
   #wanted = /** @type {number[]} */ ([]);
+  /** Bricks under slices and picked points: they stay until bricks are chosen for another view. */
+  #pinned = /** @type {number[]} */ ([]);
+  /** Bricks that may go, the one that the view misses least at the end. @type {number[]} */
+  #spare = [];
+  #fetching = false;
+  #ended = false;
   #abort = new AbortController();
   /** @type {ReturnType<typeof setInterval> | undefined} */
   #timer;
@@ -61,24 +68,17 @@ class Bricks {
 
   /** @param {Renderer} renderer @param {BrickIndex} index @param {OnDemandOptions} options */
   constructor(renderer, index, options) {
-    const { layout, pitch, levels } = index;
-    const [z, y, x] = layout.places_zyx;
-    const bytes = pitch ** 3 * (layout.format === "r8unorm" ? 1 : 2);
-    const allowed = Math.floor((options.memoryBytes ?? Infinity) / bytes);
     this.#renderer = renderer;
     this.#index = index;
     this.#options = options;
-    this.#places = Math.min(z * y * x, Math.max(allowed, index.floor.length, 1));
-    this.#held = new Int32Array(z * y * x).fill(-1);
-    const cells = levels[0].cells.length;
-    this.#drawn = new Uint8Array(cells);
-    this.#pages = new Uint8Array(4 * cells);
+    this.#pool = new BrickPool(renderer, index, options.memoryBytes);
     this.#timer = setInterval(() => this.#look(), REST);
     renderer.package.signal.addEventListener("abort", () => this.dispose());
   }
 
   /** Ends fetching. */
   dispose() {
+    this.#ended = true;
     clearInterval(this.#timer);
     this.#abort.abort();
   }
@@ -95,28 +95,9 @@ class Bricks {
       const known = "its levels: it has no bricks on demand";
       throw new VolpkgError("VP5018", { package: pack.name, level: "bricks on demand", transfer: picture, known });
     }
-    this.#held.fill(-1);
-    this.#at.clear();
-    this.#seen = "";
-    const { layout, pitch, levels } = this.#index;
-    const [z, y, x] = layout.places_zyx.map((n) => n * pitch);
-    const { api } = pack.manifest.profile;
-    const made = (/** @type {string} */ name, /** @type {string} */ format, /** @type {number[]} */ shape) =>
-      /** @type {Texture} */ ({
-        name,
-        role: "volume",
-        file: name,
-        shape_zyx: shape,
-        format,
-        dimension: "3d",
-        gl: uploadOf(format, "3d", api),
-        filter: name === POOL ? "linear" : "nearest",
-        level: 0,
-        part: 0,
-      });
-    const own = [made(POOL, layout.format, [z, y, x]), made(PAGES, "rgba8unorm", levels[0].counts)];
-    const { program, textures } = namedBy(pack, from, (name) => own.find((each) => each.name === name));
-    this.#point();
+    this.#chosen = "";
+    const { own, texels } = this.#pool.textures(this);
+    const { program, textures } = namedBy(pack, from, (name) => own.find((texture) => texture.name === name));
     return {
       picture,
       program,
@@ -125,154 +106,146 @@ class Bricks {
       textures,
       values: {},
       bricks: this,
-      texels: {
-        [POOL]: new Uint8Array(z * y * x * (layout.format === "r8unorm" ? 1 : 2)),
-        [PAGES]: this.#pages.slice(),
-      },
+      texels,
     };
   }
 
-  /** Chooses bricks if the camera has come to rest somewhere else. */
+  /**
+   * Reads a picked point or a slice, and again from the finest bricks under it once these are there.
+   * @template Found @param {() => Found} read
+   * @param {(found: Found) => Places} under what it was read from
+   * @returns {Promise<Found>}
+   */
+  async sharpened(read, under) {
+    let found = read();
+    for (let round = 0; round < ROUNDS && (await this.#under(under(found))); round++) found = read();
+    return found;
+  }
+
+  /** Fetches bricks at places, in a small memory coarser ones. @param {Places} places @returns whether any came */
+  async #under({ places, mm = 0 }) {
+    if (this.#ended || !this.#pool.ready) return false;
+    const room = this.#pool.places - this.#index.floor.length;
+    let found = this.#index.at(places, mm);
+    for (let size = Math.max(mm, this.#index.voxelOf(0)); found.length > room && room > 0; size *= 2)
+      found = this.#index.at(places, size);
+    this.#pinned = found.slice(0, Math.max(room, 0));
+    this.#choose();
+    const next = this.#pinned.filter((brick) => this.#isMissing(brick));
+    const before = this.#fetched;
+    if (next.length) await this.#get(next, this.#renderer.package.signal);
+    return this.#fetched > before;
+  }
+
+  /** @param {number} brick */
+  #isMissing(brick) {
+    return !this.#pool.has(brick) && !this.#broken.has(brick);
+  }
+
+  /** Looks at the camera: chooses bricks if it has come to rest somewhere else, or for where it goes. */
   #look() {
     if (/** @type {any} */ (this.#renderer)._levels.closed) return this.dispose();
     const { inside } = this.#renderer;
-    if (!inside?.last || !this.#texture(POOL)) return;
+    if (!inside?.last || !this.#pool.ready) return;
     const { boxFromClip, width, height } = inside.last;
-    const seen = [...boxFromClip, width, height].join();
-    if (seen === this.#seen || this.#renderer.moving) return;
-    this.#seen = seen;
-    this.#abort.abort();
-    this.#abort = new AbortController();
-    this.#view = new ViewLoss(this.#index, boxFromClip, width);
-    const order = inOrder(this.#index, this.#view.gains());
-    this.#wanted = [...this.#index.floor, ...order].filter((brick) => !this.#broken.has(brick)).slice(0, this.#places);
-    this.#show();
-    this.#fetch();
+    const planes = inside.drawn.clip?.planes ?? [];
+    const key = [...boxFromClip, width, height, ...planes].join();
+    const before = this.#last;
+    this.#last = { key, matrix: boxFromClip };
+    const due = [...this.#broken].filter(([, until]) => until <= performance.now());
+    if (key === this.#chosen && (this.#fetching || !due.length)) return;
+    for (const [brick] of due) this.#broken.delete(brick);
+    if (key === before.key && !this.#renderer.moving) {
+      this.#chosen = key;
+      this.#view = new ViewLoss(this.#index, boxFromClip, width, { planes });
+      this.#pinned = [];
+      this.#follow(Infinity);
+    } else if (!this.#fetching && before.key) {
+      const ahead = boxFromClip.map((each, i) => each + AHEAD * (each - before.matrix[i]));
+      this.#chosen = "";
+      this.#view = new ViewLoss(this.#index, ahead, width, { planes, rays: MOVING_RAYS });
+      this.#follow(1);
+    }
   }
 
-  async #fetch() {
+  /** Chooses bricks and fetches them. @param {number} batches at most */
+  #follow(batches) {
+    this.#abort.abort();
+    this.#choose();
+    this.#show();
+    this.#fetch(batches);
+  }
+
+  #choose() {
+    const gains = this.#view?.gains() ?? new Float64Array(this.#index.count);
+    const order = [...this.#index.floor, ...this.#pinned, ...inOrder(this.#index, gains)];
+    this.#wanted = [...new Set(order)].filter((brick) => !this.#broken.has(brick)).slice(0, this.#pool.places);
+    const wanted = new Set(this.#wanted);
+    this.#spare = this.#pool.bricks.filter((brick) => !wanted.has(brick)).sort((a, b) => gains[b] - gains[a]);
+  }
+
+  /** @param {number} batches */
+  async #fetch(batches) {
+    this.#abort = new AbortController();
     const { signal } = this.#abort;
     const { tolerance } = /** @type {any} */ (this.#index.pack.manifest.render);
     const { target = tolerance.rmse / 2 } = this.#options;
+    this.#fetching = true;
     // The first ones take the most error away, so that less is asked for where little is missing.
-    while (!signal.aborted && this.state.bound > target) {
-      const next = this.#wanted.filter((brick) => !this.#at.has(brick) && !this.#broken.has(brick)).slice(0, BATCH);
-      if (!next.length) return;
-      this.#makeRoom(next.length);
-      await fetchBricks(
-        this.#index,
-        next,
-        signal,
-        (brick, texels) => !signal.aborted && this.#hold(brick, texels),
-        (brick, error) => {
-          this.#broken.add(brick);
-          this.#options.onError?.(error);
-        },
-        () => !signal.aborted && this.#show(),
-      );
-      this.#show();
+    while (!signal.aborted && this.state.bound > target && batches-- > 0) {
+      const next = this.#wanted.filter((brick) => this.#isMissing(brick)).slice(0, BATCH);
+      if (!next.length) break;
+      await this.#get(next, signal);
     }
+    if (!signal.aborted) this.#fetching = false;
   }
 
-  /** Puts a brick into a free place. @param {number} brick @param {Uint8Array} texels */
+  /** @param {number[]} bricks @param {AbortSignal} signal */
+  async #get(bricks, signal) {
+    const end = () => !signal.aborted && this.#show();
+    await fetchBricks(
+      this.#index,
+      bricks,
+      signal,
+      (brick, texels) => !signal.aborted && this.#hold(brick, texels),
+      (brick, error, lasts) => {
+        this.#broken.set(brick, lasts ? Infinity : performance.now() + RETRY);
+        this.#options.onError?.(error);
+      },
+      end,
+    );
+    end();
+  }
+
+  /** Holds a brick, in the place of the one that the view misses least. @param {number} brick @param {Uint8Array} texels */
   #hold(brick, texels) {
-    const place = this.#held.indexOf(-1);
-    if (place < 0 || place >= this.#places) return;
-    this.#held[place] = brick;
-    this.#at.set(brick, place);
-    this.#fetched += this.#index.size[brick];
-    const { layout, pitch } = this.#index;
-    const [, ny, nx] = layout.places_zyx;
-    const corner = [place % nx, Math.floor(place / nx) % ny, Math.floor(place / (nx * ny))].map((at) => at * pitch);
-    this.#upload(POOL, corner, [pitch, pitch, pitch], texels);
-  }
-
-  /** Lets bricks go that the view does not want, until so many places are free. @param {number} count */
-  #makeRoom(count) {
-    const wanted = new Set(this.#wanted);
-    let free = this.#places - this.#at.size;
-    for (let place = 0; place < this.#places && free < count; place++) {
-      const brick = this.#held[place];
-      if (brick < 0 || wanted.has(brick)) continue;
-      this.#held[place] = -1;
-      this.#at.delete(brick);
-      free++;
+    if (this.#pool.has(brick)) return;
+    if (this.#pool.isFull) {
+      const other = this.#spare.pop();
+      if (other === undefined) {
+        this.#wanted = this.#wanted.filter((wanted) => wanted !== brick);
+        return;
+      }
+      this.#pool.release(other);
     }
-    // Nothing may be seen in the place of what replaces it.
-    this.#send();
+    this.#pool.hold(brick, texels);
+    this.#fetched += this.#index.size[brick];
   }
 
   /** Sends the pages, and draws again. */
   #show() {
-    this.#send();
-    const missing = this.#wanted.filter((brick) => !this.#at.has(brick) && !this.#broken.has(brick));
+    this.#pool.send();
+    const missing = this.#wanted.filter((brick) => this.#isMissing(brick));
     this.state = {
-      bound: this.#view?.bound(this.#drawn) ?? 1,
+      bound: this.#view?.bound(this.#pool.drawn) ?? 1,
       missing: missing.length,
       missingBytes: missing.reduce((sum, brick) => sum + this.#index.size[brick], 0),
-      bricks: this.#at.size,
+      bricks: this.#pool.bricks.length,
       fetchedBytes: this.#fetched,
       damaged: this.#broken.size,
     };
     this.#options.onState?.(this.state);
     /** @type {any} */ (this.#renderer)._changed();
-  }
-
-  #send() {
-    this.#point();
-    const [z, y, x] = this.#index.levels[0].counts;
-    this.#upload(PAGES, [0, 0, 0], [x, y, z], this.#pages);
-  }
-
-  /** Lets each brick of level 0 name the finest one that is held there, or its one value. */
-  #point() {
-    const { layout, levels, size, low } = this.#index;
-    const [, ny, nx] = layout.places_zyx;
-    const to16 = layout.format === "r8unorm" ? 257 : 1;
-    for (let cell = 0; cell < this.#drawn.length; cell++) {
-      for (let k = 0; k < levels.length; k++) {
-        const brick = levels[k].first + levels[k].cells[cell];
-        const place = this.#at.get(brick);
-        if (place === undefined && size[brick] && k < levels.length - 1) continue;
-        const value = low[brick] * to16;
-        this.#pages.set(
-          place === undefined
-            ? [value >> 8, value & 255, 0, 0]
-            : [place % nx, Math.floor(place / nx) % ny, Math.floor(place / (nx * ny)), 1 + k],
-          4 * cell,
-        );
-        this.#drawn[cell] = k;
-        break;
-      }
-    }
-  }
-
-  /** @param {string} name */
-  #texture(name) {
-    const { drawn } = this.#renderer.inside ?? {};
-    const unit = drawn?.choice.textures.findIndex((each) => each.name === name) ?? -1;
-    return unit < 0 ? null : drawn?.textures[unit];
-  }
-
-  /** @param {string} name @param {number[]} at x, y, z @param {number[]} shape x, y, z @param {Uint8Array} bytes */
-  #upload(name, [x, y, z], [width, height, depth], bytes) {
-    const { gl: context } = this.#renderer.inside ?? {};
-    const texture = this.#texture(name);
-    if (!context || !texture) return;
-    const gl = /** @type {WebGL2RenderingContext} */ (context);
-    const { format, type } = /** @type {any} */ (
-      name === PAGES ? FORMATS.RGBA8 : uploadOf(this.#index.layout.format, "3d", "es3.0")
-    );
-    const data = type === "UNSIGNED_BYTE" ? bytes : new Uint16Array(bytes.buffer, bytes.byteOffset, bytes.length / 2);
-    this.#renderer.use(() => {
-      gl.activeTexture(gl.TEXTURE0);
-      gl.bindTexture(texture.target, texture.handle);
-      gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
-      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-      gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
-      const names = /** @type {any} */ (gl);
-      gl.texSubImage3D(texture.target, 0, x, y, z, width, height, depth, names[format], names[type], data);
-    });
   }
 }
 

@@ -53,7 +53,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
     assert later == {
         *("workers.js", "blocks.js", "camera.js", "clip.js", "draco.js", "edit.js", "element.js", "element_tools.js"),
         *("environment.js", "finisher.js", "rotate.js"),
-        *("on_demand.js", "brick_fetch.js", "brick_index.js", "view_loss.js"),
+        *("on_demand.js", "brick_fetch.js", "brick_index.js", "brick_pool.js", "view_loss.js"),
         *("annotations.js", "sheet.js", "slices.js", "unpack_worker.js", "values.js", "worker_loop.js"),
         *(
             "fallbacks.js",

@@ -5,6 +5,7 @@ from zlib import crc32
 
 import numpy as np
 import pytest
+from brick_scene import ON_DEMAND, TRANSFER, voxels
 from scene_builds import built, planned, view_of, write_raw_scene
 
 from volprep.parts.on_demand.loss import CodeLook, brick_loss
@@ -22,36 +23,11 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 from volprep_formats.textures.zstd_frames import FrameError
 
-TRANSFER = """
-[pyramid]
-filter = "box"
-coarsest_longest_axis = 20
-[[transfer]]
-name = "skin"
-points = [
-    { value = 40.0, colour = "#c07050", extinction_per_mm = 0.0 },
-    { value = 120.0, colour = "#ffc0a0", extinction_per_mm = 0.1 },
-    { value = 220.0, colour = "#4060ff", extinction_per_mm = 0.6 },
-]
-"""
-ON_DEMAND = "[on_demand]\nsize = 8\n"
 VIEWS = ("anterior", "left", "anterior-left", "superior", "posterior")
 PIXELS = (64, 64)
 
 
 SMALL = np.arange(1000, dtype=np.uint16).astype(np.uint8).reshape(10, 10, 10)
-
-
-def voxels(shape=(37, 30, 43)):
-    """Blobs, a thin rod and noise: some bricks are empty, some lose much in a coarser level."""
-    rng = np.random.default_rng(5)
-    z, y, x = np.meshgrid(*(np.arange(n) for n in shape), indexing="ij")
-    volume = np.zeros(shape)
-    for centre, radius, value in (((12, 10, 12), 8, 150), ((26, 20, 30), 7, 220)):
-        inside = sum((a - c) ** 2 for a, c in zip((z, y, x), centre, strict=True)) < radius**2
-        volume[inside] = value + 30 * rng.standard_normal(shape)[inside]
-    volume[18, 4:28, 21] = 250
-    return np.clip(volume, 0, 255).astype(np.uint8)
 
 
 LIT = '[render]\nlighting = "headlight"\n[lighting]\nnormals = "central"\n'

@@ -3,6 +3,7 @@
 import re
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -36,6 +37,8 @@ class WebServer:
     """How long each answer takes to begin."""
     latency_only: str = ""
     """What the addresses contain whose answers take so long."""
+    refused: Callable[[str, range], bool] | None = None
+    """Which bytes of which paths it answers with 404."""
     asked: list[str] = field(default_factory=list)
     """Address and range of each request, in order."""
     sent: dict[str, int] = field(default_factory=dict)
@@ -87,6 +90,9 @@ class WebServer:
             start, end = int(asked[1] or 0), min(int(asked[2] or total), total - 1)
             if not asked[1]:
                 start, end = max(0, total - int(asked[2])), total - 1
+            if self.refused and self.refused(path, range(start, end + 1)):
+                request.send_error(404)
+                return
             data = data[start : end + 1]
             request.send_response(206)
             request.send_header("Content-Range", f"bytes {start}-{end}/{total}")

@@ -10,12 +10,15 @@ const GAP = 1 << 14;
 const MOST_JOINED = 1 << 20;
 /** Requests at a time. */
 const MOST_OPEN = 4;
+/** Milliseconds of unpacking between two frames. */
+const MOST_MS = 6;
 
 /**
  * Fetches bricks, most wanted first, and gives each as soon as it is there.
  * @param {BrickIndex} index @param {number[]} wanted @param {AbortSignal} signal
- * @param {(brick: number, texels: Uint8Array) => void} give @param {(brick: number, error: unknown) => void} fail
- * @param {() => void} turn called after each request
+ * @param {(brick: number, texels: Uint8Array) => void} give
+ * @param {(brick: number, error: unknown, lasts: boolean) => void} fail lasts: the brick itself is damaged
+ * @param {() => void} turn called after each request, and before others may use the thread
  */
 export async function fetchBricks(index, wanted, signal, give, fail, turn) {
   const groups = joined(index, wanted);
@@ -24,10 +27,12 @@ export async function fetchBricks(index, wanted, signal, give, fail, turn) {
     while (next < groups.length && !signal.aborted) {
       const group = groups[next++];
       try {
-        await fetchGroup(index, group, signal, give, fail);
+        await fetchGroup(index, group, signal, give, fail, turn);
       } catch (error) {
         if (signal.aborted) return;
-        for (const brick of group) fail(brick, error);
+        // What fails together may come alone.
+        if (group.length > 1) groups.push(...group.map((brick) => [brick]));
+        else fail(group[0], error, false);
       }
       turn();
     }
@@ -54,9 +59,10 @@ function joined({ begin, size }, wanted) {
 
 /**
  * @param {BrickIndex} index @param {number[]} group neighbours @param {AbortSignal} signal
- * @param {(brick: number, texels: Uint8Array) => void} give @param {(brick: number, error: unknown) => void} fail
+ * @param {(brick: number, texels: Uint8Array) => void} give
+ * @param {(brick: number, error: unknown, lasts: boolean) => void} fail @param {() => void} turn
  */
-async function fetchGroup(index, group, signal, give, fail) {
+async function fetchGroup(index, group, signal, give, fail, turn) {
   const { begin, size, pack, layout } = index;
   const start = begin[group[0]];
   const last = group[group.length - 1];
@@ -79,11 +85,17 @@ async function fetchGroup(index, group, signal, give, fail) {
     if (part.length) bytes.set(part, at + from - start);
     at += piece.length;
   }
+  let since = performance.now();
   for (const brick of group) {
+    if (performance.now() - since > MOST_MS) {
+      turn();
+      await new Promise((resolve) => setTimeout(resolve));
+      since = performance.now();
+    }
     try {
       give(brick, texels(index, brick, bytes.subarray(begin[brick] - start, begin[brick] - start + size[brick])));
     } catch (error) {
-      fail(brick, error);
+      fail(brick, error, true);
     }
   }
 }

@@ -71,6 +71,31 @@ export class BrickIndex {
     return Array.from({ length: z * y * x }, (_, brick) => brick).filter((brick) => this.size[brick]);
   }
 
+  /** Length of the shortest edge of a voxel of a level. @param {number} level */
+  voxelOf(level) {
+    return Math.min(...this.levels[level].factors.map((f, axis) => f * this.spacing[axis]));
+  }
+
+  /**
+   * Stored bricks at places, of the coarsest level whose voxels are at most so large.
+   * @param {readonly (readonly number[])[]} places x, y, z in box millimetres; others are left out @param {number} mm
+   */
+  at(places, mm) {
+    const { counts } = this.levels[0];
+    let level = this.levels.length - 1;
+    while (level && this.voxelOf(level) > mm) level--;
+    /** @type {Set<number>} */
+    const found = new Set();
+    for (const place of places) {
+      const cell = counts.map((_, axis) => Math.floor(place[2 - axis] / (this.spacing[axis] * this.layout.size)));
+      if (cell.some((at, axis) => !(at >= 0 && at < counts[axis]))) continue;
+      const { first, cells } = this.levels[level];
+      const brick = first + cells[(cell[0] * counts[1] + cell[1]) * counts[2] + cell[2]];
+      if (this.size[brick]) found.add(brick);
+    }
+    return [...found];
+  }
+
   /** The level of a brick. @param {number} brick */
   levelOf(brick) {
     return this.levels.findIndex(({ first }) => brick >= first);

@@ -19,12 +19,19 @@ export class ViewLoss {
   /** Rays that see something, at least. */
   #seen = 0;
 
-  /** @param {BrickIndex} index @param {ArrayLike<number>} boxFromClip column by column @param {number} width in pixels */
-  constructor(index, boxFromClip, width) {
+  /** Planes that cut the volume. @type {readonly (readonly number[])[]} */
+  #planes;
+
+  /**
+   * @param {BrickIndex} index @param {ArrayLike<number>} boxFromClip column by column @param {number} width in pixels
+   * @param {{planes?: readonly (readonly number[])[], rays?: number}} [how] rays along each axis of the picture
+   */
+  constructor(index, boxFromClip, width, { planes = [], rays = RAYS } = {}) {
     this.#index = index;
-    for (let i = 0; i < RAYS * RAYS; i++) {
-      const x = (((i % RAYS) + 0.5) / RAYS) * 2 - 1;
-      const y = 1 - ((Math.floor(i / RAYS) + 0.5) / RAYS) * 2;
+    this.#planes = planes;
+    for (let i = 0; i < rays * rays; i++) {
+      const x = (((i % rays) + 0.5) / rays) * 2 - 1;
+      const y = 1 - ((Math.floor(i / rays) + 0.5) / rays) * 2;
       this.#starts.push(this.#cells.length);
       this.#follow(boxFromClip, x, y, 2 / width);
     }
@@ -47,6 +54,12 @@ export class ViewLoss {
       const [one, other] = [-near[axis] / slope[axis], (extent[axis] - near[axis]) / slope[axis]];
       enter = Math.max(enter, Math.min(one, other));
       leave = Math.min(leave, Math.max(one, other));
+    }
+    for (const [x, y, z, off] of this.#planes) {
+      const [from, to] = [near, far].map(([pz, py, px]) => x * px + y * py + z * pz + off);
+      if (from < 0 && to < 0) return;
+      if (from < 0) enter = Math.max(enter, from / (from - to));
+      if (to < 0) leave = Math.min(leave, from / (from - to));
     }
     if (!(enter < leave)) return;
     const { counts } = levels[0];
@@ -78,8 +91,7 @@ export class ViewLoss {
           if (inside[k] !== own) [inside[k], reaching[k]] = [own, through];
           const [z, y, x] = this.#index.placeOf(brick, k);
           const perEdge = share[0] / level.edges[0][z] + share[1] / level.edges[1][y] + share[2] / level.edges[2][x];
-          const voxel = Math.min(...level.factors.map((f, i) => f * spacing[i]));
-          const width = clamp(Math.floor(Math.log2(Math.max(wide / voxel, 1))), WIDTHS - 1);
+          const width = clamp(Math.floor(Math.log2(Math.max(wide / this.#index.voxelOf(k), 1))), WIDTHS - 1);
           this.#losses.push(size[brick] ? loss[brick * WIDTHS + width] * reaching[k] * chord * perEdge : 0);
         }
         const finest = levels[0].first + number;
@@ -119,12 +131,15 @@ export class ViewLoss {
     const kinds = this.#index.levels.length - 1;
     let sum = 0;
     for (let ray = 0; ray + 1 < this.#starts.length; ray++) {
-      let missing = 0;
+      const missing = new Float64Array(kinds);
       for (let i = this.#starts[ray]; i < this.#starts[ray + 1]; i++) {
         const level = drawn[this.#cells[i]];
-        for (let k = 0; k < level; k++) missing += this.#losses[i * kinds + k];
+        for (let k = 0; k < level; k++) missing[k] += this.#losses[i * kinds + k];
       }
-      sum += Math.min(missing, 1) ** 2;
+      sum += Math.min(
+        missing.reduce((squares, loss) => squares + loss ** 2, 0),
+        1,
+      );
     }
     return Math.sqrt(sum / this.#seen);
   }

@@ -22,7 +22,7 @@ import { has } from "./shapes.js";
  * @property {Texture[]} textures in the order of the program's samplers
  * @property {Record<string, Value>} values of uniforms that are the same in all views, by the source of the uniform
  * @property {boolean} [relit] whether light was computed again for an edited function
- * @property {{state: import("../on_demand.js").BrickState}} [bricks] that are fetched as the view needs them
+ * @property {import("../on_demand.js").Bricks} [bricks] that are fetched as the view needs them
  * @property {Record<string, Uint8Array>} texels that are not read from the package, by the name of their texture
  */
 

@@ -32,6 +32,8 @@ const PICTURE = {};
 const ENDS = 32;
 const ROUNDS = 3;
 const OPACITY = 0.5;
+/** Places on the way to a point, at which bricks are wanted. */
+const WAY = 512;
 /** Rays in a step. */
 const WIDTHS = 8;
 const MAIN = `uniform vec3 u_pick;
@@ -71,7 +73,14 @@ export async function pickPixel(renderer, x, y, options) {
   const [from, to] = [-1, 1].map((depth) => moved(last.boxFromClip, [at[0], at[1], depth]));
   const picker = new Picker(renderer);
   await picker.prepare();
-  return picker.pick(from, to, options);
+  const read = () => picker.pick(from, to, options);
+  const { bricks } = renderer.inside?.drawn.choice ?? {};
+  return bricks ? bricks.sharpened(read, (hit) => ({ places: along(from, hit?.box_mm ?? to) })) : read();
+}
+
+/** Places on the way to a point. @param {Point} from @param {Point} to */
+function along(from, to) {
+  return Array.from({ length: WAY }, (_, i) => from.map((each, axis) => each + ((to[axis] - each) * i) / (WAY - 1)));
 }
 
 /** Picks with a renderer. */

@@ -37,6 +37,8 @@ export const PLANES = {
 export const PLANE_NAMES = /** @type {Plane[]} */ (Object.keys(PLANES));
 const SIZE = 256;
 const MOST_SIZE = 2048;
+/** Along each side of a plane. */
+const PLACES = 128;
 const MAIN = `uniform vec3 u_slice_corner;
 uniform vec3 u_slice_right;
 uniform vec3 u_slice_down;
@@ -66,17 +68,29 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   const linked = await valueProgram(renderer, "slice", MAIN);
   if (!linked || !renderer.inside) return null;
   const { corner, right, down, width, height, ...place } = placed(renderer.grid, axes, at, size);
-  const pixels = drawValues(renderer, linked, [width, height], (gl, { locations }) => {
-    const given = { corner, right, down, extent: [...renderer.grid.extent_mm_zyx].reverse() };
-    for (const [name, value] of Object.entries(given))
-      gl.uniform3fv(locations[`u_slice_${name}`], new Float32Array(value));
-    gl.uniform2f(locations.u_slice_size, width, height);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-  });
+  const read = () =>
+    drawValues(renderer, linked, [width, height], (gl, { locations }) => {
+      const given = { corner, right, down, extent: [...renderer.grid.extent_mm_zyx].reverse() };
+      for (const [name, value] of Object.entries(given))
+        gl.uniform3fv(locations[`u_slice_${name}`], new Float32Array(value));
+      gl.uniform2f(locations.u_slice_size, width, height);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    });
+  const { bricks } = renderer.inside.drawn.choice;
+  const places = () => ({ places: across(corner, right, down), mm: place.pixel_mm });
+  const pixels = bricks ? await bricks.sharpened(read, places) : read();
   const [low, high] = windowOf(renderer);
   const values = new Float32Array(width * height);
   for (let i = 0; i < values.length; i++) values[i] = pixels[4 * i + 3] ? low + valueOf(pixels, i) * (high - low) : NaN;
   return { width, height, values, ...place };
+}
+
+/** Places on a plane, at which bricks are wanted. @param {number[]} corner @param {number[]} right @param {number[]} down */
+function across(corner, right, down) {
+  const at = (/** @type {number} */ i) => (i + 0.5) / PLACES;
+  return Array.from({ length: PLACES ** 2 }, (_, i) =>
+    corner.map((each, axis) => each + at(i % PLACES) * right[axis] + at(Math.floor(i / PLACES)) * down[axis]),
+  );
 }
 
 /**
