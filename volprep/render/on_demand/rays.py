@@ -2,9 +2,9 @@
 
 A ray passes cells, the bricks of level 0. In front of a cell lie others whose opacity is known from the index, so that
 what is hidden counts less. A brick of level k changes a ray that passes it by its loss, times the light that reaches
-it, times the part of its edge that the ray covers in each cell. What a cell loses that is drawn at level l is at most
-the sum of the losses of levels 0 to l - 1 (each against the next): the triangle inequality, also for root mean squares
-over the pixels of a brick.
+it, times the part of its edge that the ray covers in each cell. What a ray loses of one level is at most the sum of
+that over its bricks: the triangle inequality, also for root mean squares over the pixels of a brick. The squares of
+levels add up: voxels of a level are about means of the finer ones, whose differences from them cancel.
 """
 
 from dataclasses import dataclass
@@ -52,8 +52,8 @@ class ViewLoss:
         if not self.seen:
             return 0.0
         level = levels_at_cells(bricks, held).ravel()[self.cells]
-        missing = sum(np.where(level > k, losses, 0.0).sum(axis=1) for k, losses in enumerate(self.losses))
-        return float(np.sqrt((np.minimum(missing, 1.0) ** 2).sum() / self.seen))
+        squares = sum(np.where(level > k, losses, 0.0).sum(axis=1) ** 2 for k, losses in enumerate(self.losses))
+        return float(np.sqrt(np.minimum(squares, 1.0).sum() / self.seen))
 
 
 def levels_at_cells(bricks: BrickFile, held: Held) -> NDArray[np.intp]:
