@@ -196,7 +196,7 @@ static void draw_program(scene* s) {
             draw_corners(s, p->before.at[i].geometry, 0, 0, NULL);
     }
     for (i = 0; i < s->frame.draws; ++i) {
-        const target* light = &s->pass[s->passes - 1];
+        const target* light = &s->pass[s->passes > 0 ? s->passes - 1 : 0];
         draw_into(&s->picture);
         use(s, s->program, p->uniforms.at, p->uniforms.count, i);
         draw_corners(s, p->geometry, i, 0, s->frame.light_behind ? &p->light_pass->behind : p->blend);

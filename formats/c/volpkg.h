@@ -99,6 +99,7 @@ typedef enum volpkg_code {
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
     VOLPKG_NOT_EDITABLE = 5023,  /* the transfer functions of this package are not editable */
+    VOLPKG_BRICK = 5043,         /* a brick cannot be had, or is damaged */
     VOLPKG_POINTS = 7020,        /* these points are not a transfer function */
     VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which cannot be used in place: zip again */
     VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
@@ -1734,6 +1735,71 @@ volpkg_code volpkg_begin_slices(const volpkg_slice_drawing* drawing, const doubl
 int32_t volpkg_next_slice(volpkg_slice_frame* frame, float corners[5 * VOLPKG_SLICE_CORNERS]);
 void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]);
 
+/* ---- bricks on demand ----------------------------------------------------------------------------------- */
+
+/* Copy `size` bytes of a file of the package, from `begin` on, to `to`: from a server, say. 0 if that fails. */
+typedef int (*volpkg_fetch)(void* user, const char* path, uint64_t begin, size_t size, void* to);
+
+#define VOLPKG_MAX_BRICK_LEVELS 16
+
+/* A level of bricks: the number of its first brick, bricks, voxels, and voxels of level 0 to one of its voxels. */
+typedef struct volpkg_brick_grid {
+    int32_t first, counts_zyx[3], voxels_zyx[3], factors_zyx[3];
+} volpkg_brick_grid;
+
+/*
+ * The bricks of a package that a device holds. Set the functions; the rest is read only. Bricks are numbered as their
+ * records. The fetching function may wait; everything else only computes.
+ */
+typedef struct volpkg_held_bricks {
+    volpkg_fetch fetch;   /* NULL: from the mapping. With one, the file of bricks is never touched. */
+    volpkg_unpack unpack; /* see volpkg_input */
+    void* user;           /* for both */
+    const volpkg_package* package;
+    int32_t levels, count, cells; /* cells are the bricks of level 0 */
+    volpkg_brick_grid grids[VOLPKG_MAX_BRICK_LEVELS];
+    int32_t places,
+        chosen;   /* bricks that fit into the memory, and bricks beside the coarsest level that the view wants */
+    double bound; /* largest root mean square error, over seen pixels, that missing bricks make */
+    double seen;  /* rays that see something */
+    const unsigned char* records;
+    uint64_t* begins;
+    double *gains, *below;              /* of bricks in this view, and with all that they cover */
+    int32_t *order, *heap, *rank;       /* bricks, the most wanted first; place of each there */
+    int32_t *place_of, *brick_at;       /* place of each brick, or -1 */
+    int32_t *starts, *segments;         /* of rays through cells */
+    float* losses;                      /* of each level in each segment */
+    unsigned char *pages, *at, *broken; /* texels of `brick-pages`; room for a brick; bricks that did not come */
+} volpkg_held_bricks;
+
+/* Memory that volpkg_begin_bricks needs; 0 if the package has no bricks on demand. */
+size_t volpkg_bricks_bytes(const volpkg_package* package);
+
+/*
+ * Choose a picture (NULL: the first one) from bricks, and its textures. Make room for the texture `brick-pool`, whose
+ * texels are NULL: volpkg_next_brick gives them brick by brick. Texels of `brick-pages` are those of held->pages.
+ */
+volpkg_code volpkg_begin_bricks(const volpkg_package* package, const char* picture, void* room, size_t bytes,
+                                volpkg_held_bricks* held, volpkg_drawing* drawing, volpkg_error* error);
+
+/*
+ * Choose bricks for a view that is `width` pixels wide: as few as bring the bound to `target`, and no more than fill
+ * `memory` bytes (the coarsest level always). Those come first that take the most error away for each byte.
+ */
+void volpkg_choose_bricks(volpkg_held_bricks* held, const double box_from_clip[16], int32_t width, int64_t memory,
+                          double target);
+
+/*
+ * Fetch the next brick. 1: upload `texels`, (size + 2 ghost)^3 of them, to the place x, y, z of the pool, counted in
+ * bricks. 0: all are there. -1: one could not be had, and `error` names it; ask for the next one. It may take the place
+ * of a brick that the view does not want: draw only after volpkg_brick_pages.
+ */
+int volpkg_next_brick(volpkg_held_bricks* held, void* texels, int32_t place_xyz[3], volpkg_error* error);
+
+/* Write the texels of `brick-pages`, which you upload then, and the bound of the picture from the bricks that are
+ * there. */
+void volpkg_brick_pages(volpkg_held_bricks* held);
+
 /* ---- clipping ------------------------------------------------------------------------------------------- */
 
 /* Largest number of planes: OpenGL ES 2 promises 16 vectors of uniforms to fragment shaders. */
@@ -1939,6 +2005,8 @@ const char* volpkg_words(volpkg_code code) {
             return "the step is too small for the program, or no positive number";
         case VOLPKG_NOT_EDITABLE:
             return "the transfer functions of this package are not editable";
+        case VOLPKG_BRICK:
+            return "a brick cannot be had, or is damaged";
         case VOLPKG_POINTS:
             return "these points are not a transfer function";
         case VOLPKG_PACKED:
@@ -6870,6 +6938,514 @@ void volpkg_slice_triangles(uint16_t indices[VOLPKG_SLICE_INDICES]) {
     int patch, i;
     for (patch = 0; patch < 9; ++patch)
         for (i = 0; i < 6; ++i) *indices++ = (uint16_t)(4 * (patch / 3) + patch % 3 + square[i]);
+}
+
+/* ---- bricks on demand; spec/on_demand.md ---- */
+
+#define VOLPKG__RAYS 48
+#define VOLPKG__RECORD_BYTES 24
+#define VOLPKG__MOST_HIDDEN 0.999
+
+static int32_t volpkg__volume(const int32_t zyx[3]) { return zyx[0] * zyx[1] * zyx[2]; }
+
+/* Place z, y, x of a number. */
+static void volpkg__place_at(const int32_t counts[3], int32_t number, int32_t zyx[3]) {
+    zyx[2] = number % counts[2], zyx[1] = number / counts[2] % counts[1], zyx[0] = number / counts[2] / counts[1];
+}
+
+/* The levels of the bricks of a package; the number of all bricks. */
+static int32_t volpkg__brick_grids(const volpkg_package* p, volpkg_brick_grid grids[VOLPKG_MAX_BRICK_LEVELS]) {
+    int32_t k, axis, first = 0;
+    for (k = p->on_demand->levels.count - 1; k >= 0; --k) {
+        volpkg_brick_grid* grid = &grids[k];
+        for (axis = 0; axis < 3; ++axis) {
+            int32_t factor = p->on_demand->levels.at[k].factors_zyx[axis], size = p->on_demand->size;
+            grid->factors_zyx[axis] = factor;
+            grid->voxels_zyx[axis] = (p->grid->shape_zyx[axis] + factor - 1) / factor;
+            grid->counts_zyx[axis] = (grid->voxels_zyx[axis] + size - 1) / size;
+        }
+        grid->first = first;
+        first += volpkg__volume(grid->counts_zyx);
+    }
+    return first;
+}
+
+static uint32_t volpkg__brick_size(const volpkg_held_bricks* held, int32_t brick) {
+    return volpkg__u32(held->records + VOLPKG__RECORD_BYTES * (size_t)brick);
+}
+
+/* Texels of a brick, and bytes of one. */
+static size_t volpkg__brick_texels(const volpkg_package* p, size_t* width) {
+    size_t pitch = (size_t)(p->on_demand->size + 2 * p->on_demand->ghost);
+    *width = p->on_demand->format == VOLPKG_BRICK_FORMAT_R8UNORM ? 1 : 2;
+    return pitch * pitch * pitch;
+}
+
+/* Lay the arrays out in a room, or only count its bytes if that is NULL. */
+static size_t volpkg__brick_room(const volpkg_package* p, volpkg_held_bricks* held, unsigned char* room) {
+    size_t rays = VOLPKG__RAYS * VOLPKG__RAYS, count, used = 0, segments, width, largest = 0, i, sizes[13];
+    void* at[13];
+    memset(held->grids, 0, sizeof held->grids);
+    held->package = p;
+    held->records = volpkg_find_file(p, p->on_demand->index)->data;
+    held->levels = p->on_demand->levels.count;
+    count = (size_t)(held->count = volpkg__brick_grids(p, held->grids));
+    held->cells = volpkg__volume(held->grids[0].counts_zyx);
+    held->places = volpkg__volume(p->on_demand->places_zyx);
+    for (i = 0; i < 3; ++i) largest += (size_t)held->grids[0].counts_zyx[i];
+    segments = rays * largest;
+    for (largest = 0, i = 0; i < count; ++i) {
+        size_t size = volpkg__brick_size(held, (int32_t)i);
+        if (size > largest) largest = size;
+    }
+    sizes[0] = 8 * count, sizes[1] = 8 * count, sizes[2] = 8 * count;
+    sizes[3] = 4 * count, sizes[4] = 4 * count, sizes[5] = 4 * count, sizes[6] = 4 * count;
+    sizes[7] = 4 * (size_t)held->places, sizes[8] = 4 * (rays + 1), sizes[9] = 4 * segments;
+    sizes[10] = 4 * segments * (size_t)(held->levels - 1), sizes[11] = 4 * (size_t)held->cells;
+    sizes[12] = count + largest + volpkg__brick_texels(p, &width) * 2;
+    for (i = 0; i < 13; ++i) {
+        at[i] = room == NULL ? NULL : room + used;
+        used += (sizes[i] + 7) / 8 * 8;
+    }
+    if (room == NULL) return used;
+    held->begins = (uint64_t*)at[0], held->gains = (double*)at[1], held->below = (double*)at[2];
+    held->order = (int32_t*)at[3], held->heap = (int32_t*)at[4], held->rank = (int32_t*)at[5];
+    held->place_of = (int32_t*)at[6], held->brick_at = (int32_t*)at[7], held->starts = (int32_t*)at[8];
+    held->segments = (int32_t*)at[9], held->losses = (float*)at[10], held->pages = (unsigned char*)at[11];
+    held->broken = (unsigned char*)at[12], held->at = held->broken + count;
+    return used;
+}
+
+size_t volpkg_bricks_bytes(const volpkg_package* package) {
+    volpkg_held_bricks held;
+    if (package->on_demand == NULL || package->grid == NULL) return 0;
+    return volpkg__brick_room(package, &held, NULL) + 8;
+}
+
+static void volpkg__brick_texture(const volpkg_held_bricks* held, int is_pool, volpkg_texture* texture) {
+    static const volpkg_texture_format formats[] = {VOLPKG_TEXTURE_FORMAT_R8UNORM, VOLPKG_TEXTURE_FORMAT_R16UNORM,
+                                                    VOLPKG_TEXTURE_FORMAT_R16FLOAT};
+    const volpkg_on_demand* layout = held->package->on_demand;
+    size_t width = 4;
+    int32_t axis;
+    texture->name = is_pool ? "brick-pool" : "brick-pages";
+    texture->role = VOLPKG_ROLE_VOLUME;
+    texture->format = is_pool ? formats[layout->format] : VOLPKG_TEXTURE_FORMAT_RGBA8UNORM;
+    texture->dimension = VOLPKG_DIMENSION_3D;
+    texture->gl = volpkg__upload_of(texture->format, texture->dimension, held->package->profile.api);
+    texture->filter = is_pool ? VOLPKG_FILTER_LINEAR : VOLPKG_FILTER_NEAREST;
+    texture->mipmap = -1;
+    texture->mipmaps = 1;
+    texture->transfer = "";
+    for (axis = 0; axis < 3; ++axis)
+        texture->shape_zyx[axis] =
+            is_pool ? layout->places_zyx[axis] * (layout->size + 2 * layout->ghost) : held->grids[0].counts_zyx[axis];
+    if (is_pool) volpkg__brick_texels(held->package, &width);
+    texture->texels = is_pool ? NULL : held->pages;
+    texture->texel_bytes = (int64_t)width;
+    for (axis = 0; axis < 3; ++axis) texture->texel_bytes *= texture->shape_zyx[axis];
+}
+
+volpkg_code volpkg_begin_bricks(const volpkg_package* package, const char* picture, void* room, size_t bytes,
+                                volpkg_held_bricks* held, volpkg_drawing* drawing, volpkg_error* error) {
+    const volpkg_picture* found = NULL;
+    const volpkg_program* program;
+    size_t skipped = (8 - (uintptr_t)room % 8) % 8;
+    uint64_t begin = 0;
+    int32_t i;
+    for (i = package->pictures.count - 1; i >= 0; --i)
+        if (package->pictures.at[i].on_demand != NULL &&
+            (picture == NULL || volpkg__is(package->pictures.at[i].name, picture)))
+            found = &package->pictures.at[i];
+    if (package->on_demand == NULL || found == NULL)
+        return volpkg__fail(error, VOLPKG_CANNOT_DRAW, picture ? picture : "", "it has no bricks on demand", NAN, NAN);
+    if (bytes < volpkg_bricks_bytes(package))
+        return volpkg__fail(error, VOLPKG_SMALL_ARENA, "", "the room for bricks has bytes whose number", (double)bytes,
+                            (double)volpkg_bricks_bytes(package));
+    program = volpkg__program_named(package, found->on_demand->program);
+    VOLPKG__TRY(volpkg__begin_drawing(package, program, found,
+                                      &package->channels.at[volpkg__owner(package, found->media.at->transfer)], drawing,
+                                      error));
+    memset((unsigned char*)room + skipped, 0, bytes - skipped);
+    volpkg__brick_room(package, held, (unsigned char*)room + skipped);
+    for (i = 0; i < held->count; begin += volpkg__brick_size(held, i++)) {
+        held->begins[i] = begin;
+        held->place_of[i] = -1;
+    }
+    for (i = 0; i < held->places; ++i) held->brick_at[i] = -1;
+    drawing->step_mm = found->on_demand->step_mm;
+    for (i = 0; i < drawing->units; ++i) {
+        const char* name = found->on_demand->textures.at[i];
+        if (volpkg__is(name, "brick-pool") || volpkg__is(name, "brick-pages"))
+            volpkg__brick_texture(held, volpkg__is(name, "brick-pool"), &drawing->textures[i]);
+        else
+            volpkg__bind(drawing, i, volpkg__texture_named(package, name));
+    }
+    return volpkg__within_profile(drawing, error);
+}
+
+/* ---- the changes that bricks make in a view ---- */
+
+/* The brick of a level at a cell. */
+static int32_t volpkg__brick_over(const volpkg_brick_grid* grid, const int32_t cell[3]) {
+    int32_t z = cell[0] / grid->factors_zyx[0], y = cell[1] / grid->factors_zyx[1], x = cell[2] / grid->factors_zyx[2];
+    return grid->first + (z * grid->counts_zyx[1] + y) * grid->counts_zyx[2] + x;
+}
+
+/* Length in millimetres of the brick of a level over a cell, without the part beyond the level. */
+static double volpkg__brick_edge(const volpkg_held_bricks* held, int32_t level, int32_t axis, int32_t cell) {
+    const volpkg_brick_grid* grid = &held->grids[level];
+    int32_t factor = grid->factors_zyx[axis], size = held->package->on_demand->size;
+    int32_t left = grid->voxels_zyx[axis] - cell / factor * size;
+    return (left < size ? left : size) * factor * held->package->grid->spacing_mm_zyx[axis];
+}
+
+/* A ray in box millimetres, z, y, x; beside[0] and beside[1] are the distances to the next pixel at its ends. */
+typedef struct volpkg__brick_ray {
+    double near_mm[3], slope[3], beside[2][3], share[3], length, through, covered;
+    int32_t inside[VOLPKG_MAX_BRICK_LEVELS];
+    double reaching[VOLPKG_MAX_BRICK_LEVELS];
+} volpkg__brick_ray;
+
+static void volpkg__brick_point(const double m[16], double x, double y, double z, double zyx[3]) {
+    double at[4];
+    int i;
+    for (i = 0; i < 4; ++i) at[i] = m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i];
+    for (i = 0; i < 3; ++i) zyx[i] = at[2 - i] / at[3];
+}
+
+/* The part of the ray that lies in the volume; 0 if none does. */
+static int volpkg__brick_part(const volpkg_held_bricks* held, const volpkg__brick_ray* ray, double* enter,
+                              double* leave) {
+    int axis;
+    *enter = 0.0, *leave = 1.0;
+    for (axis = 0; axis < 3; ++axis) {
+        double one = -ray->near_mm[axis] / ray->slope[axis];
+        double other = (held->package->grid->extent_mm_zyx[axis] - ray->near_mm[axis]) / ray->slope[axis];
+        *enter = fmax(*enter, fmin(one, other));
+        *leave = fmin(*leave, fmax(one, other));
+    }
+    return *enter < *leave;
+}
+
+/* Note the losses of a cell, and let its opacity hide what follows. */
+static void volpkg__brick_segment(volpkg_held_bricks* held, volpkg__brick_ray* ray, const int32_t cell[3], double at,
+                                  double chord, int32_t* used) {
+    const double* spacing = held->package->grid->spacing_mm_zyx;
+    const unsigned char* finest =
+        held->records + VOLPKG__RECORD_BYTES * (size_t)volpkg__brick_over(&held->grids[0], cell);
+    double wide = 0.0, depth = 0.0;
+    int32_t k, i;
+    for (i = 0; i < 3; ++i) wide += pow(ray->beside[0][i] * (1 - at) + ray->beside[1][i] * at, 2);
+    held->segments[*used] = volpkg__brick_over(&held->grids[0], cell) - held->grids[0].first;
+    for (k = 0; k < held->levels - 1; ++k) {
+        int32_t brick = volpkg__brick_over(&held->grids[k], cell);
+        const int32_t* factors = held->grids[k].factors_zyx;
+        const unsigned char* record = held->records + VOLPKG__RECORD_BYTES * (size_t)brick;
+        double per_edge = 0.0, voxel = INFINITY, width;
+        if (ray->inside[k] != brick) ray->inside[k] = brick, ray->reaching[k] = ray->through;
+        for (i = 0; i < 3; ++i) {
+            per_edge += ray->share[i] / volpkg__brick_edge(held, k, i, cell[i]);
+            voxel = fmin(voxel, factors[i] * spacing[i]);
+        }
+        width = fmin(fmax(floor(log2(fmax(sqrt(wide) / voxel, 1.0))), 0.0), 3.0);
+        held->losses[(size_t)*used * (size_t)(held->levels - 1) + (size_t)k] =
+            volpkg__u32(record) == 0 ? 0.0f
+                                     : (float)(volpkg_half((uint16_t)volpkg__u16(record + 12 + 2 * (int)width)) *
+                                               ray->reaching[k] * chord * per_edge);
+    }
+    ++*used;
+    ray->covered = fmax(ray->covered, finest[23] / 255.0);
+    for (i = 0; i < 3; ++i) /* opacities are in the order x, y, z */
+        depth -= ray->share[i] * log1p(-fmin(finest[22 - i] / 255.0, VOLPKG__MOST_HIDDEN)) /
+                 volpkg__brick_edge(held, 0, i, cell[i]);
+    ray->through *= exp(-depth * chord);
+}
+
+/* Follow a ray from cell to cell. */
+static void volpkg__brick_walk(volpkg_held_bricks* held, volpkg__brick_ray* ray, int32_t* used) {
+    const int32_t* counts = held->grids[0].counts_zyx;
+    double at, leave, edge[3];
+    int32_t cell[3], i, turns = counts[0] + counts[1] + counts[2];
+    if (!volpkg__brick_part(held, ray, &at, &leave)) return;
+    for (i = 0; i < 3; ++i) {
+        edge[i] = held->package->grid->spacing_mm_zyx[i] * held->package->on_demand->size;
+        cell[i] = (int32_t)floor((ray->near_mm[i] + ray->slope[i] * (at + 1e-9)) / edge[i]);
+        cell[i] = cell[i] < 0 ? 0 : cell[i] >= counts[i] ? counts[i] - 1 : cell[i];
+    }
+    for (; at < leave && turns > 0; --turns) {
+        double next[3], end;
+        int32_t axis = 0;
+        for (i = 0; i < 3; ++i) {
+            next[i] = ((cell[i] + (ray->slope[i] > 0 ? 1 : 0)) * edge[i] - ray->near_mm[i]) / ray->slope[i];
+            if (next[i] < next[axis]) axis = i;
+        }
+        end = fmin(fmax(next[axis], at), leave);
+        if (end > at) volpkg__brick_segment(held, ray, cell, at, (end - at) * ray->length, used);
+        at = end;
+        cell[axis] += ray->slope[axis] > 0 ? 1 : -1;
+        if (cell[axis] < 0 || cell[axis] >= counts[axis]) break;
+    }
+    held->seen += ray->covered;
+}
+
+/* Follow all rays of a view, and sum what each brick takes away. */
+static void volpkg__brick_view(volpkg_held_bricks* held, const double m[16], int32_t width) {
+    int32_t i, k, number, used = 0, cell[3];
+    held->seen = 0.0;
+    for (number = 0; number < VOLPKG__RAYS * VOLPKG__RAYS; ++number) {
+        double x = (number % VOLPKG__RAYS + 0.5) / VOLPKG__RAYS * 2 - 1;
+        double y = 1 - (number / VOLPKG__RAYS + 0.5) / VOLPKG__RAYS * 2, far_mm[3];
+        volpkg__brick_ray ray;
+        memset(&ray, 0, sizeof ray);
+        volpkg__brick_point(m, x, y, -1, ray.near_mm);
+        volpkg__brick_point(m, x, y, 1, far_mm);
+        volpkg__brick_point(m, x + 2.0 / width, y, -1, ray.beside[0]);
+        volpkg__brick_point(m, x + 2.0 / width, y, 1, ray.beside[1]);
+        for (i = 0; i < 3; ++i) {
+            ray.slope[i] = far_mm[i] - ray.near_mm[i];
+            ray.beside[0][i] -= ray.near_mm[i];
+            ray.beside[1][i] -= far_mm[i];
+            ray.length += ray.slope[i] * ray.slope[i];
+        }
+        ray.length = sqrt(ray.length);
+        for (i = 0; i < 3; ++i) {
+            ray.share[i] = pow(ray.slope[i] / ray.length, 2);
+            if (fabs(ray.slope[i]) < 1e-12) ray.slope[i] = 1e-12;
+        }
+        for (k = 0; k < VOLPKG_MAX_BRICK_LEVELS; ++k) ray.inside[k] = -1;
+        ray.through = 1.0;
+        held->starts[number] = used;
+        volpkg__brick_walk(held, &ray, &used);
+    }
+    held->starts[number] = used;
+    memset(held->gains, 0, sizeof *held->gains * (size_t)held->count);
+    for (i = 0; i < used; ++i) {
+        volpkg__place_at(held->grids[0].counts_zyx, held->segments[i], cell);
+        for (k = 0; k < held->levels - 1; ++k)
+            held->gains[volpkg__brick_over(&held->grids[k], cell)] +=
+                held->losses[(size_t)i * (size_t)(held->levels - 1) + (size_t)k];
+    }
+}
+
+/* Whether a brick is drawn where the first `chosen` of the order are there; if that is -1, whether it is there. */
+static int volpkg__brick_there(const volpkg_held_bricks* held, int32_t brick, int32_t chosen) {
+    if (volpkg__brick_size(held, brick) == 0) return 1;
+    return chosen >= 0 ? held->rank[brick] < chosen : held->place_of[brick] >= 0;
+}
+
+static int32_t volpkg__brick_level(const volpkg_held_bricks* held, const int32_t cell[3], int32_t chosen) {
+    int32_t k = 0;
+    while (k < held->levels - 1 && !volpkg__brick_there(held, volpkg__brick_over(&held->grids[k], cell), chosen)) ++k;
+    return k;
+}
+
+static double volpkg__brick_bound(const volpkg_held_bricks* held, int32_t chosen) {
+    double sum = 0.0;
+    int32_t number, i, k, cell[3];
+    for (number = 0; number < VOLPKG__RAYS * VOLPKG__RAYS; ++number) {
+        double missing[VOLPKG_MAX_BRICK_LEVELS] = {0.0}, squares = 0.0;
+        for (i = held->starts[number]; i < held->starts[number + 1]; ++i) {
+            volpkg__place_at(held->grids[0].counts_zyx, held->segments[i], cell);
+            for (k = volpkg__brick_level(held, cell, chosen) - 1; k >= 0; --k)
+                missing[k] += held->losses[(size_t)i * (size_t)(held->levels - 1) + (size_t)k];
+        }
+        for (k = 0; k < held->levels; ++k) squares += missing[k] * missing[k];
+        sum += fmin(squares, 1.0);
+    }
+    return held->seen > 0.0 ? sqrt(sum / held->seen) : 0.0;
+}
+
+/* ---- which bricks ---- */
+
+/* Whether a brick is wanted less than another one: of equals the one of the finer level comes first, then the index. */
+static int volpkg__brick_less(const volpkg_held_bricks* held, int32_t one, int32_t other) {
+    double a = held->gains[one] / volpkg__brick_size(held, one);
+    double b = held->gains[other] / volpkg__brick_size(held, other);
+    int32_t k, i = 0, j = 0;
+    if (a != b) return a < b;
+    for (k = held->levels - 1; k >= 0; --k) i += one >= held->grids[k].first, j += other >= held->grids[k].first;
+    return i != j ? i < j : one > other;
+}
+
+static void volpkg__push_brick(volpkg_held_bricks* held, int32_t* size, int32_t brick) {
+    int32_t at = (*size)++;
+    for (; at > 0 && volpkg__brick_less(held, held->heap[(at - 1) / 2], brick); at = (at - 1) / 2)
+        held->heap[at] = held->heap[(at - 1) / 2];
+    held->heap[at] = brick;
+}
+
+static int32_t volpkg__pop_brick(volpkg_held_bricks* held, int32_t* size) {
+    int32_t top = held->heap[0], last = held->heap[--*size], at = 0, child;
+    while ((child = 2 * at + 1) < *size) {
+        if (child + 1 < *size && volpkg__brick_less(held, held->heap[child], held->heap[child + 1])) ++child;
+        if (!volpkg__brick_less(held, last, held->heap[child])) break;
+        held->heap[at] = held->heap[child];
+        at = child;
+    }
+    held->heap[at] = last;
+    return top;
+}
+
+/* Let the bricks of the next finer level wait that a brick covers; of bricks that are not stored, those below. */
+static void volpkg__open_brick(volpkg_held_bricks* held, int32_t* size, int32_t level, int32_t number) {
+    const volpkg_brick_grid *grid = &held->grids[level], *finer = grid - 1;
+    int32_t low[3], high[3], z, y, x, axis;
+    if (level == 0) return;
+    volpkg__place_at(grid->counts_zyx, number, low);
+    for (axis = 0; axis < 3; ++axis) {
+        int32_t step = grid->factors_zyx[axis] / finer->factors_zyx[axis], count = finer->counts_zyx[axis];
+        low[axis] *= step;
+        high[axis] = low[axis] + step < count ? low[axis] + step : count;
+    }
+    for (z = low[0]; z < high[0]; ++z)
+        for (y = low[1]; y < high[1]; ++y)
+            for (x = low[2]; x < high[2]; ++x) {
+                int32_t child = (z * finer->counts_zyx[1] + y) * finer->counts_zyx[2] + x;
+                if (volpkg__brick_size(held, finer->first + child) == 0)
+                    volpkg__open_brick(held, size, level - 1, child);
+                else if (held->below[finer->first + child] > 0.0)
+                    volpkg__push_brick(held, size, finer->first + child);
+            }
+}
+
+/* Sum for each brick its gain and those of all that it covers. */
+static void volpkg__sum_below(volpkg_held_bricks* held) {
+    int32_t k, i, axis, cell[3];
+    memcpy(held->below, held->gains, sizeof *held->below * (size_t)held->count);
+    for (k = 0; k < held->levels - 1; ++k) {
+        const volpkg_brick_grid* grid = &held->grids[k];
+        for (i = 0; i < volpkg__volume(grid->counts_zyx); ++i) {
+            volpkg__place_at(grid->counts_zyx, i, cell);
+            for (axis = 0; axis < 3; ++axis) cell[axis] *= grid->factors_zyx[axis];
+            held->below[volpkg__brick_over(grid + 1, cell)] += held->below[grid->first + i];
+        }
+    }
+}
+
+void volpkg_choose_bricks(volpkg_held_bricks* held, const double box_from_clip[16], int32_t width, int64_t memory,
+                          double target) {
+    size_t texel;
+    int64_t places = memory / (int64_t)(volpkg__brick_texels(held->package, &texel) * texel);
+    int32_t count = 0, waiting = 0, i, k, low = 0, floor_count = 0;
+    int32_t coarsest = volpkg__volume(held->grids[held->levels - 1].counts_zyx);
+    volpkg__brick_view(held, box_from_clip, width);
+    volpkg__sum_below(held);
+    memset(held->broken, 0, (size_t)held->count);
+    for (i = 0; i < held->count; ++i) held->rank[i] = i < coarsest ? -1 : INT32_MAX;
+    for (i = 0; i < coarsest; ++i) {
+        floor_count += volpkg__brick_size(held, i) > 0;
+        volpkg__open_brick(held, &waiting, held->levels - 1, i);
+    }
+    while (waiting > 0) {
+        int32_t brick = volpkg__pop_brick(held, &waiting);
+        for (k = 0; brick < held->grids[k].first;) ++k;
+        held->rank[brick] = count;
+        held->order[count++] = brick;
+        volpkg__open_brick(held, &waiting, k, brick - held->grids[k].first);
+    }
+    i = volpkg__volume(held->package->on_demand->places_zyx);
+    held->places = places > i ? i : places > floor_count ? (int32_t)places : floor_count;
+    for (; i > held->places; --i) {
+        if (held->brick_at[i - 1] >= 0) held->place_of[held->brick_at[i - 1]] = -1;
+        held->brick_at[i - 1] = -1;
+    }
+    places = held->places - floor_count;
+    count = places < count ? (int32_t)places : count;
+    while (low < count) { /* the bound falls with every brick */
+        int32_t middle = (low + count) / 2;
+        if (volpkg__brick_bound(held, middle) <= target)
+            count = middle;
+        else
+            low = middle + 1;
+    }
+    held->chosen = low;
+    held->bound = volpkg__brick_bound(held, low);
+}
+
+/* A free place, or that of the brick that the view wants least. */
+static int32_t volpkg__place_for(volpkg_held_bricks* held) {
+    int32_t place, found = -1, worst = -1;
+    for (place = 0; place < held->places; ++place) {
+        int32_t brick = held->brick_at[place];
+        if (brick < 0) return place;
+        if (held->rank[brick] >= held->chosen && held->rank[brick] > worst) found = place, worst = held->rank[brick];
+    }
+    if (found >= 0) held->place_of[held->brick_at[found]] = -1;
+    return found;
+}
+
+/* Read a brick to its texels; NULL, or what is wrong with it. */
+static const char* volpkg__read_brick(volpkg_held_bricks* held, int32_t brick, void* texels) {
+    const volpkg_file* file = volpkg_find_file(held->package, held->package->on_demand->bricks);
+    const unsigned char* data = file->data + held->begins[brick];
+    size_t size = volpkg__brick_size(held, brick), width, count = volpkg__brick_texels(held->package, &width), i;
+    unsigned char *planes = held->at, *packed = held->at + 2 * count, *to = (unsigned char*)texels;
+    if (size > (uint64_t)file->size_bytes || held->begins[brick] > (uint64_t)file->size_bytes - size)
+        return "it ends beyond the file";
+    if (held->fetch != NULL) {
+        if (!held->fetch(held->user, file->path, held->begins[brick], size, packed)) return "it cannot be had";
+        data = packed;
+    }
+    if (volpkg_crc32(data, size) != volpkg__u32(held->records + VOLPKG__RECORD_BYTES * (size_t)brick + 4))
+        return "its CRC-32 is not the one in the index";
+    if (held->unpack == NULL) return "it is a Zstandard frame, and there is no function that unpacks it";
+    if (held->unpack(held->user, data, size, planes, count * width) != count * width)
+        return "its Zstandard frame is damaged";
+    for (i = 1; i < count; ++i) planes[i] = (unsigned char)(planes[i] + planes[i - 1]);
+    for (i = count + 1; i < count * width; ++i) planes[i] = (unsigned char)(planes[i] + planes[i - 1]);
+    for (i = 0; i < count * width; ++i) to[width * (i % count) + i / count] = planes[i];
+    return NULL;
+}
+
+int volpkg_next_brick(volpkg_held_bricks* held, void* texels, int32_t place_xyz[3], volpkg_error* error) {
+    int32_t coarsest = volpkg__volume(held->grids[held->levels - 1].counts_zyx), i, k, place, at[3];
+    for (i = 0; i < coarsest + held->chosen; ++i) {
+        int32_t brick = i < coarsest ? i : held->order[i - coarsest];
+        const char* problem;
+        if (volpkg__brick_size(held, brick) == 0 || held->place_of[brick] >= 0 || held->broken[brick]) continue;
+        if ((problem = volpkg__read_brick(held, brick, texels)) != NULL) {
+            char text[160];
+            for (k = 0; brick < held->grids[k].first;) ++k;
+            volpkg__place_at(held->grids[k].counts_zyx, brick - held->grids[k].first, at);
+            snprintf(text, sizeof text, "the brick x %d, y %d, z %d of level %d: %s", (int)at[2], (int)at[1],
+                     (int)at[0], (int)k, problem);
+            held->broken[brick] = 1;
+            volpkg__fail(error, VOLPKG_BRICK, held->package->on_demand->bricks, text, NAN, NAN);
+            return -1;
+        }
+        if ((place = volpkg__place_for(held)) < 0) return 0;
+        held->place_of[brick] = place;
+        held->brick_at[place] = brick;
+        volpkg__place_at(held->package->on_demand->places_zyx, place, at);
+        place_xyz[0] = at[2], place_xyz[1] = at[1], place_xyz[2] = at[0];
+        return 1;
+    }
+    return 0;
+}
+
+void volpkg_brick_pages(volpkg_held_bricks* held) {
+    int32_t number, cell[3], at[3];
+    for (number = 0; number < held->cells; ++number) {
+        unsigned char* page = held->pages + 4 * (size_t)number;
+        int32_t k, brick, place;
+        volpkg__place_at(held->grids[0].counts_zyx, number, cell);
+        k = volpkg__brick_level(held, cell, -1);
+        brick = volpkg__brick_over(&held->grids[k], cell);
+        place = held->place_of[brick];
+        if (place >= 0) {
+            volpkg__place_at(held->package->on_demand->places_zyx, place, at);
+            page[0] = (unsigned char)at[2], page[1] = (unsigned char)at[1], page[2] = (unsigned char)at[0];
+            page[3] = (unsigned char)(1 + k);
+        } else {
+            const unsigned char* low = held->records + VOLPKG__RECORD_BYTES * (size_t)brick + 8;
+            int is_byte = held->package->on_demand->format == VOLPKG_BRICK_FORMAT_R8UNORM;
+            page[0] = is_byte ? low[0] : low[1];
+            page[1] = low[0];
+            page[2] = page[3] = 0;
+        }
+    }
+    held->bound = volpkg__brick_bound(held, -1);
 }
 
 /* ---- clipping ---- */
