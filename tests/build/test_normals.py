@@ -11,8 +11,8 @@ from phantom_scene import write_phantom_scene
 from scene_builds import view_of
 from tiny_packages import function, tiny_package
 
+from volprep.parts.gradient import gradients
 from volprep.parts.mosaic.montage import write_montage
-from volprep.parts.normals.gradient import gradients
 from volprep.render.renderer import Renderer
 from volprep.scan import slabs
 from volprep.scene import profiles

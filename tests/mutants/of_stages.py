@@ -90,7 +90,7 @@ OF_STAGES = (
     Mutant(
         "gradient-spacing",
         "gradients ignore the spacing",
-        "volprep/parts/normals/gradient.py",
+        "volprep/parts/gradient.py",
         "relative: Float64Array = np.maximum(spacing.min() / spacing, 1 / _LARGEST_RATIO)",
         "relative: Float64Array = np.ones(3)",
         "dicom",
@@ -99,7 +99,7 @@ OF_STAGES = (
     Mutant(
         "gradient-axes",
         "normals have x and z exchanged",
-        "volprep/parts/normals/gradient.py",
+        "volprep/parts/gradient.py",
         "    return _rows(_axes(grid, space) * _relative(grid))\n",
         "    return _rows((_axes(grid, space) * _relative(grid))[::-1])\n",
         "dicom",

@@ -6,7 +6,7 @@ import scene_builds
 from normal_fields import angles
 from tiny_packages import function, tiny_package
 
-from volprep.parts.normals.gradient import gradients
+from volprep.parts.gradient import gradients
 from volprep.scene.scene import NormalSettings
 from volprep_formats.grid import Grid
 

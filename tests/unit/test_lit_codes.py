@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from volprep.parts.values.decision import choose_values
+from volprep.pipeline.build import plan_build
+from volprep.plan.item_kinds import LIT_CODES
 from volprep.scan.statistics import SlabMeasurer
 from volprep.scene.profiles import load_profile
+from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.grid import Grid
+from volprep_formats.progress import Silent
 from volprep_formats.source import SourceInfo
 
 GRID = Grid.of((20, 22, 24), (2.0, 2.0, 2.0))
@@ -64,3 +68,27 @@ def test_the_choice_says_how_far_lit_rays_are_off_where_there_are_only_8_bits(me
     choice = chosen(measured, tmp_path, "gles2-2048", lighting={"normals": "central"})
     assert choice.quantize.bits == 8
     assert choice.lit_error.rmse > 0.01
+
+
+def test_the_plan_warns_of_normals_that_may_not_be_filtered(tmp_path):
+    places = np.indices((14, 16, 18)) / np.array([13, 15, 17]).reshape(3, 1, 1, 1)
+    hill = np.exp(-((places - 0.5) ** 2).sum(axis=0) / 0.09)
+    np.save(tmp_path / "scan.npy", np.rint(1000 * hill).astype(np.int16))
+    points = [
+        {"value": value, "colour": "#ffffff", "extinction_per_mm": value / 2000 - 0.05} for value in (100.0, 900.0)
+    ]
+
+    def warned(code):
+        scene = {
+            "name": "s",
+            "source": {"path": str(tmp_path / "scan.npy"), "array": {"spacing_mm_zyx": [1.2, 1.0, 0.9]}},
+            "transfer": [{"name": "t", "points": points}],
+            "render": {"lighting": "headlight"},
+            "normals": {"code": code},
+        }
+        plan = plan_build(Request(Scene.model_validate(scene), load_profile("gles3", tmp_path), tmp_path), Silent())
+        return [(item.name, "biased8" in item.reason) for item in plan.items if item.kind == LIT_CODES]
+
+    assert warned("biased8") == []
+    assert warned("oct8") == [("light from oct8 normals", True)]
+    assert warned("oct12") == [("light from oct12 normals", True)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from normal_fields import angles, coded, directions, positions, sphere, wave_gradients
 
-from volprep.parts.normals.gradient import DIVISORS, gradients
+from volprep.parts.gradient import DIVISORS, gradients
 from volprep.truth.normal_codes import decoded
 from volprep_formats.grid import Grid
 

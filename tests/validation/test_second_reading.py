@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pydicom
 import pytest
 import SimpleITK
 import tifffile
@@ -15,7 +16,7 @@ from foreign_scans import SCENES, blobs
 from oracle_views import HILLS, LIGHT, MIDDLE, views
 from sample_report import report_of
 
-from volprep.parts.normals.gradient import gradients
+from volprep.parts.gradient import gradients
 from volprep.scan.repair import open_scan
 from volprep.scene.request import load_request
 from volprep.truth.camera import standard_views
@@ -135,6 +136,24 @@ def test_without_its_library_another_one_reads_the_same_volume(monkeypatch, read
     other = read_scan(spec.model_dump(mode="json"))
     assert other.library.startswith("SimpleITK")
     assert failed(check_voxels("scan", *readings[name][:2], other)) == []
+
+
+def test_copies_of_dicom_images_are_left_out_and_other_images_at_one_place_are_not(tmp_path) -> None:
+    spec = of_scene("dicom")(tmp_path)
+    once = read_scan(spec.model_dump(mode="json"))
+    first = sorted(each for each in Path(spec.path).rglob("*") if each.is_file())[0]
+    header = pydicom.dcmread(first)
+    header.SOPInstanceUID = header.file_meta.MediaStorageSOPInstanceUID = pydicom.uid.generate_uid()
+    header.save_as(first.with_name("copy.dcm"))
+
+    again = read_scan(spec.model_dump(mode="json"))
+    header.PixelData = bytes(len(header.PixelData))
+    header.save_as(first.with_name("copy.dcm"))
+
+    assert again.stored.shape == once.stored.shape
+    assert (again.stored == once.stored).all()
+    with pytest.raises(CannotWitnessError, match="several slices lie at one place"):
+        read_scan(spec.model_dump(mode="json"))
 
 
 @pytest.mark.parametrize("key", ["mask", "repair", "rgb"])

@@ -35,6 +35,8 @@ class ValueChoice:
     """Largest change that codes and tables together make in the sample of rays, over all transfer functions."""
     lit_error: PictureDifference | None
     """Largest change that codes make in lit rays; None where nothing is lit, or codes are exact."""
+    normals_error: PictureDifference | None
+    """The same with the code of normals that the package holds; None where no light reads any."""
     narrow_error: PictureDifference | None
     """The change with 8 bits, lit or not, where 16 were chosen because of it."""
     exact: bool

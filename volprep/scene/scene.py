@@ -466,16 +466,17 @@ class Scene(Record):
         return self
 
     @property
-    def _reads_normals(self) -> bool:
-        """Whether lit samples read a volume of normals."""
-        return self.render.lighting != "none" and self.lighting.normals == "volume"
+    def lit_normals(self) -> NormalSettings | None:
+        """Normals that the light reads, with the settings of the scene or the usual ones; None if it reads none."""
+        reads = self.render.lighting != "none" and self.lighting.normals == "volume"
+        return (self.normals or NormalSettings()) if reads else None
 
     @model_validator(mode="after")
     def _mipmaps_are_alone(self) -> Self:
         if self.textures.mipmaps and self.textures.compression != "none":
             msg = f"textures.mipmaps needs 3D textures, but textures.compression is {self.textures.compression}"
             raise ValueError(msg)
-        if self.textures.mipmaps and self._reads_normals:
+        if self.textures.mipmaps and self.lit_normals:
             msg = "render.lighting reads normals, which have no mipmaps: set lighting.normals to central or forward"
             raise ValueError(msg)
         return self
@@ -485,7 +486,7 @@ class Scene(Record):
         others = {
             "textures.mipmaps": self.textures.mipmaps,
             "textures.compression": self.textures.compression != "none",
-            "render.lighting with lighting.normals volume": self._reads_normals,
+            "render.lighting with lighting.normals volume": self.lit_normals is not None,
             "render.classification preclassified": self.render.classification == "preclassified",
         }
         if self.bricks is not None and any(others.values()):

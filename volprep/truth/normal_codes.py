@@ -26,9 +26,9 @@ def decoded(octets: UInt8Array, code: NormalCode) -> Float64Array:
     """Return the unit vectors [..., 3] of codes [..., bytes]; the zero vector if there is no gradient."""
     numbers = octets.astype(np.int64)
     if code == "biased8":
-        return _unit((numbers[..., :3] - 128) / 127)
+        return unit((numbers[..., :3] - 128) / 127)
     if code == "snorm8":
-        return _unit(octets[..., :3].view(np.int8) / 127)
+        return unit(octets[..., :3].view(np.int8) / 127)
     if code == "oct8":
         square = (numbers[..., :2] - 128) / 127
     else:
@@ -42,10 +42,11 @@ def _folded(square: Float64Array) -> Float64Array:
     height = 1 - np.abs(u) - np.abs(v)
     # Outside the inner diamond is the lower half, folded outwards.
     over = np.maximum(-height, 0)
-    return _unit(np.stack([u - np.copysign(over, u), v - np.copysign(over, v), height], axis=-1))
+    return unit(np.stack([u - np.copysign(over, u), v - np.copysign(over, v), height], axis=-1))
 
 
-def _unit(vectors: Float64Array) -> Float64Array:
+def unit(vectors: Float32Array | Float64Array) -> Float64Array:
+    """Return vectors [..., 3] of length 1, or 0 where they are 0."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     unit: Float64Array = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
     return unit

@@ -40,8 +40,7 @@ _WHY = {
 
 def wanted_normals(scene: Scene) -> NormalSettings | None:
     """Return the settings of normals: the scene's, the default if its lighting needs them, else None."""
-    reads = scene.render.lighting != "none" and scene.lighting.normals == "volume"
-    return scene.normals or (NormalSettings() if reads else None)
+    return scene.lit_normals or scene.normals
 
 
 def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
@@ -146,7 +145,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         return
     of_what = " of the extinction of labels" if scene.source.labels else ""
     use = "no shader reads them; the scene wants them as data"
-    if scene.render.lighting != "none" and scene.lighting.normals == "volume":
+    if scene.lit_normals is not None:
         use = f"for lighting with a {scene.render.lighting}"
     layout = normals.textures[0].mosaic
     form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
+from volprep.parts.gradient import direction_matrix, length_scale
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.parts.normals.gradient import direction_matrix, length_scale
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import codes_of_level, codes_of_source, grid_of_level
 from volprep.plan.products import NormalsPlan, NormalTexturePlan

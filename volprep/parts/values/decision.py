@@ -137,6 +137,7 @@ class _Trials:
         self._settings = _settings(scene, profile, measured)
         between: SampleFilter = "nearest" if scene.source.labels else "linear"
         self.bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, self._compositing)
+        self._normals = scene.lit_normals
         self._lit = _lit_bench(scene, info, measured, functions)
         self.lengths = [n for n in _ENTRIES if n <= profile.max_texture_size] or [profile.max_texture_size]
         """Possible lengths of lookup tables."""
@@ -169,9 +170,13 @@ class _Trials:
     def _lit_error(self, quantizer: Quantizer) -> PictureDifference | None:
         if self._lit is None or self.is_exact(quantizer):
             return None
-        # Stored normals are made from whole codes.
-        shaders = self._scene.lighting.normals != "volume"
-        return self._lit.error(replace(quantizer, half_floats=quantizer.half_floats and shaders))
+        return self._lit.error(quantizer if self._normals is None else replace(quantizer, half_floats=False))
+
+    def normals_error(self, quantizer: Quantizer) -> PictureDifference | None:
+        """Return the largest change of lit rays by normals that the package holds; None if no light reads them."""
+        if self._lit is None or self._normals is None:
+            return None
+        return self._lit.error(replace(quantizer, half_floats=False), self._normals.code)
 
     def _suffices(self, trial: _Trial) -> bool:
         # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
@@ -220,6 +225,7 @@ def choose_values(
         entries=entries,
         error=error,
         lit_error=last.lit,
+        normals_error=trials.normals_error(quantizer),
         narrow_error=first.error if first.quantizer.bits < quantizer.bits else None,
         exact=bool(scene.source.labels) or trials.is_exact(quantizer),
     )
@@ -238,15 +244,12 @@ def _settings(scene: Scene, profile: DeviceProfile, measured: Measured) -> Quant
 def _lit_bench(
     scene: Scene, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
 ) -> LitBench | None:
-    """Return the measurement of lit codes; None where nothing is lit, or codes must be exact.
-
-    Stored normals are made from codes, too.
-    """
+    """Return the measurement of lit codes; None where nothing is lit, or codes must be exact."""
     compositing = COMPOSITINGS[scene.render.compositing]
     exact = scene.source.labels or scene.editable or compositing.isovalue
     if scene.render.lighting == "none" or exact or compositing.lit_rays is None:
         return None
-    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays)
+    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays, scene.lit_normals)
 
 
 def _label_settings(settings: QuantizeSettings, measured: Measured, profile: DeviceProfile) -> QuantizeSettings:

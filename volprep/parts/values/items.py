@@ -10,12 +10,13 @@ from volprep.parts.values.decision import has_bits, most_of_flip
 from volprep.parts.values.labels import label_reason
 from volprep.plan.decisions import ValueChoice
 from volprep.plan.item_kinds import LIT_CODES
-from volprep.plan.probe import SHARE
+from volprep.plan.probe import SHARE, PictureDifference
 from volprep.plan.records import ChannelPlan, Shared
 from volprep.plan.room import has_exact_16_bits
 from volprep.plan.shape_text import shape_text
-from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import PlanItem
+from volprep.scene.scene import NormalSettings, Scene
+from volprep_formats.package.manifest import PlanItem, Tolerance
+from volprep_formats.package.parts.normals.record import FILTERED_CODES
 from volprep_formats.source import SourceInfo
 
 BORDER_KIND = "empty-border"
@@ -76,15 +77,27 @@ def describe_codes(plan: ChannelPlan, scene: Scene, values: ValueChoice) -> Iter
     yield PlanItem(
         name="16-bit values", kind=WIDE_KIND, kept=plan.quantize.bits == 16, reason=reason, size_bytes=voxels
     )
-    bits = plan.quantize.bits
-    if lit is not None and (lit.rmse > _WARNED * tolerance.rmse or lit.maximum > _WARNED * tolerance.maximum):
-        yield PlanItem(
-            name=f"light from {bits}-bit values",
-            kind=LIT_CODES,
-            kept=True,
-            reason=f"{bits}-bit values change lit rays by {lit.text}; validate may find pictures beyond the tolerance "
-            f"(RMSE {tolerance.rmse:.2g}, {tolerance.maximum:.2g} at most); {_finer_light(plan)}",
-        )
+    bits, held = plan.quantize.bits, values.normals_error
+    if lit is not None and _is_warned(lit, tolerance):
+        yield _warning(f"{bits}-bit values", lit, tolerance, _finer_light(plan))
+    elif held is not None and _is_warned(held, tolerance):
+        code = (scene.lit_normals or NormalSettings()).code
+        finer = "allow more in [tolerance]" if code in FILTERED_CODES else 'code = "biased8", which is filtered, helps'
+        yield _warning(f"{code} normals", held, tolerance, finer)
+
+
+def _is_warned(error: PictureDifference, tolerance: Tolerance) -> bool:
+    return error.rmse > _WARNED * tolerance.rmse or error.maximum > _WARNED * tolerance.maximum
+
+
+def _warning(of_what: str, error: PictureDifference, tolerance: Tolerance, finer: str) -> PlanItem:
+    return PlanItem(
+        name=f"light from {of_what}",
+        kind=LIT_CODES,
+        kept=True,
+        reason=f"{of_what} change lit rays by {error.text}; validate may find pictures beyond the tolerance (RMSE "
+        f"{tolerance.rmse:.2g}, {tolerance.maximum:.2g} at most); {finer}",
+    )
 
 
 def _finer_light(plan: ChannelPlan) -> str:

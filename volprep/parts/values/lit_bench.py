@@ -1,11 +1,12 @@
 """Picture error of codes where samples are lit: the difference of gradients before and after rounding.
 
-Shaders, and stored normals, take gradients from codes. In flat parts of a scan with a wide range, a gradient is less
-than a code, so that rounding turns it, although the value itself is hardly off.
+Shaders, and normals that a package holds, take gradients from codes. In flat parts of a scan with a wide range, a
+gradient is less than a code, so that rounding turns it, although the value itself is hardly off.
 
 Rays run along z, from both ends, through patches of the scan, because gradients need neighbours and only rays through
 all slices see what a picture shows. They lie a quarter of a voxel beside the voxels: interpolation smooths a gradient
-there as much as it does on average over a picture. The light is a headlight, as in the measurement of steps.
+there as much as it does on average over a picture. The light is a headlight, as in the measurement of steps. Normals
+that a package holds have codes of their own, of which two may not be filtered.
 """
 
 from functools import cached_property
@@ -13,12 +14,23 @@ from functools import cached_property
 import numpy as np
 
 from volprep.compositing.record import LitRays
-from volprep.parts.headlight import softened_cosine
+from volprep.kernels import _native
+from volprep.parts.gradient import direction_matrix, gradients
+from volprep.parts.headlight import slopes, softened_cosine
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views
 from volprep.scan.statistics import Measured
-from volprep_formats.arrays import Float64Array
+from volprep.scene.scene import NormalSettings
+from volprep.truth.normal_codes import interpolated, unit
+from volprep_formats.arrays import Float32Array, Float64Array
+from volprep_formats.grid import Grid
 from volprep_formats.package.function_table import Table
-from volprep_formats.package.parts.normals.record import SOFT_SLOPE
+from volprep_formats.package.parts.normals.record import (
+    DIRECTION_BYTES,
+    FILTERED_CODES,
+    SOFT_LENGTH,
+    SOFT_SLOPE,
+    NormalCode,
+)
 from volprep_formats.source import SourceInfo
 
 _VOXELS = 250_000
@@ -28,30 +40,34 @@ _VOXELS = 250_000
 class LitBench:
     """Patches with their true pictures, one for each transfer function."""
 
-    def __init__(self, measured: Measured, info: SourceInfo, tables: list[Table], rays: LitRays) -> None:
+    def __init__(
+        self, measured: Measured, info: SourceInfo, tables: list[Table], rays: LitRays, held: NormalSettings | None
+    ) -> None:
+        """Take the normals that the package holds; None where shaders take differences of codes."""
         stored = measured.stored_patches
         used = stored[:: max(1, round(stored.size / _VOXELS))]
         self._patches: Float64Array = used.astype(np.float64) * info.slope + info.intercept
         self._spacing_mm_zyx = info.grid.spacing_mm_zyx
-        self._soft_per_mm = SOFT_SLOPE / min(self._spacing_mm_zyx)
         self._tables = tables
         self._rays = rays
+        self._held = held
         self._range = measured.statistics.maximum - measured.statistics.minimum
 
-    def error(self, quantizer: Quantizer) -> PictureDifference:
-        """Return the largest error over the transfer functions."""
+    def error(self, quantizer: Quantizer, normals: NormalCode | None = None) -> PictureDifference:
+        """Return the largest error over the transfer functions, of normals that have a code as well if it is given."""
         low, high = quantizer.window
-        coded = self._pictures(quantizer.decoded(quantizer.texels(self._patches)), high - low)
+        coded = self._pictures(quantizer.decoded(quantizer.texels(self._patches)), high - low, normals)
         return difference_of_views(coded, self._truth)
 
     @cached_property
     def _truth(self) -> list[Float64Array]:
         return self._pictures(self._patches, self._range)
 
-    def _pictures(self, patches: Float64Array, values_range: float) -> list[Float64Array]:
+    def _pictures(
+        self, patches: Float64Array, values_range: float, normals: NormalCode | None = None
+    ) -> list[Float64Array]:
         columns = _columns(patches)
-        z, *across = [_columns(_slopes(patches, axis, mm)) for axis, mm in enumerate(self._spacing_mm_zyx, 1)]
-        light = softened_cosine(z, z**2 + across[0] ** 2 + across[1] ** 2, self._soft_per_mm * values_range)
+        light = self._light(patches, values_range) if self._held is None else self._held_light(patches, normals)
         ends = ((columns, light), (np.ascontiguousarray(columns[::-1]), np.ascontiguousarray(light[::-1])))
         return [
             self._rays(
@@ -61,23 +77,38 @@ class LitBench:
             for values, lit in ends
         ]
 
+    def _light(self, patches: Float64Array, values_range: float) -> Float64Array:
+        z, *across = [_columns(slopes(patches, axis, mm)) for axis, mm in enumerate(self._spacing_mm_zyx, 1)]
+        soft_per_mm = SOFT_SLOPE / min(self._spacing_mm_zyx)
+        return softened_cosine(z, z**2 + across[0] ** 2 + across[1] ** 2, soft_per_mm * values_range)
 
-def _slopes(patches: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
-    """Return central differences along an axis, one-sided at the ends."""
-    if patches.shape[axis] == 1:
-        return np.zeros_like(patches)
-    slopes: Float64Array = np.gradient(patches, spacing_mm, axis=axis)
-    return slopes
+    def _held_light(self, patches: Float64Array, code: NormalCode | None) -> Float64Array:
+        normals = np.stack([self._normals(patch.astype(np.float32), code) for patch in patches]).astype(np.float64)
+        filtered = code is None or code in FILTERED_CODES
+        x, y, z = (_columns(normals[..., axis], filtered=filtered) for axis in range(3))
+        return softened_cosine(z, x**2 + y**2 + z**2, SOFT_LENGTH)
+
+    def _normals(self, patch: Float32Array, code: NormalCode | None) -> Float32Array:
+        """Return normals [z, y, x, (x, y, z)] of the voxels of a patch, as their code has them if it is given."""
+        kernel, grid = (self._held or NormalSettings()).kernel, Grid.of(patch.shape, self._spacing_mm_zyx)
+        if code is None:
+            return unit(gradients(patch, grid, kernel)).astype(np.float32)
+        octets = np.empty((*patch.shape, DIRECTION_BYTES[code]), np.uint8)
+        _native.normals(patch, kernel, (False, False), direction_matrix(grid, "box"), code, 0.0, octets)
+        return interpolated(octets, code)
 
 
-def _columns(patches: Float64Array) -> Float64Array:
-    """Return values [z, ray] a quarter of a voxel beside the voxels of patches [patch, z, y, x]."""
-    inner = patches
+def _columns(patches: Float64Array, *, filtered: bool = True) -> Float64Array:
+    """Return values [z, ray] a quarter of a voxel beside the voxels of patches [patch, z, y, x].
+
+    Textures that are not filtered have the value of the voxel there.
+    """
+    inner, nearer = patches, 0.75 if filtered else 1.0
     for axis in (2, 3):
         if inner.shape[axis] > 3:
             inner = np.moveaxis(np.moveaxis(inner, axis, 0)[1:-1], 0, axis)  # differences at edges are one-sided
         last = inner.shape[axis] - 1
         if last:
             at = np.moveaxis(inner, axis, 0)
-            inner = np.moveaxis(0.75 * at[:-1] + 0.25 * at[1:], 0, axis)
+            inner = np.moveaxis(nearer * at[:-1] + (1.0 - nearer) * at[1:], 0, axis)
     return np.ascontiguousarray(np.moveaxis(inner, 1, 0).reshape(inner.shape[1], -1))

@@ -1,12 +1,17 @@
 """A series of single-frame DICOM files, with pydicom."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan, affine
+
+_ONE_PLACE_MM = 1e-4
+_OF_COPIES = ("ImagePositionPatient", "RescaleSlope", "RescaleIntercept", "PixelData")
+"""What is equal in copies of an image."""
 
 
 def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
@@ -24,10 +29,8 @@ def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
     along_row, along_column = np.array(first.ImageOrientationPatient, dtype=np.float64).reshape(2, 3)
     normal = np.cross(along_row, along_column)
     places = np.array([each.ImagePositionPatient for each in headers], dtype=np.float64)
-    order = np.argsort(places @ normal)
+    order = _without_copies(headers, places @ normal)
     places = places[order]
-    if len(places) > 1 and np.min(np.diff(places @ normal)) < 1e-4:
-        raise CannotWitnessError("several slices lie at one place")
     between_rows_mm, between_columns_mm = (float(each) for each in first.PixelSpacing)
     thickness_mm = float(getattr(first, "SliceThickness", None) or 1.0)
     step = (places[-1] - places[0]) / (len(places) - 1) if len(places) > 1 else normal * thickness_mm
@@ -41,6 +44,17 @@ def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
     scaled = [(slopes[number], each) for number, each in zip(order, slices, strict=True)]
     physical = [(slope * each + intercept).astype(np.float32) for (slope, intercept), each in scaled]
     return WitnessedScan(np.stack(physical), 1.0, 0.0, affine(axes, places[0]), "")
+
+
+def _without_copies(headers: Sequence[Any], along_mm: NDArray[np.float64]) -> list[int]:
+    """Return the numbers of slices in their order along the normal; of equal ones at one place the first."""
+    order: list[int] = []
+    for number in map(int, np.argsort(along_mm, kind="stable")):
+        if not order or along_mm[number] - along_mm[order[-1]] > _ONE_PLACE_MM:
+            order.append(number)
+        elif any(headers[number].get(name) != headers[order[-1]].get(name) for name in _OF_COPIES):
+            raise CannotWitnessError("several slices lie at one place")
+    return order
 
 
 def _series(path: Path, wanted: str | None) -> list[Any]:
