@@ -218,7 +218,7 @@ OF_PARTS = (
         "vec3 before = vec3(${NEAR}(${OF}centre - x),",
         "vec3 before = vec3(${NEAR}(${OF}centre + 3.0 * x),",
         "slopes",
-        ("tests/render/test_headlight.py",),
+        ("tests/build/test_lighting.py::test_it_is_what_the_oracle_draws_and_skipping_changes_no_pixel[central]",),
         anchors=2,
     ),
     Mutant(

@@ -1,4 +1,4 @@
-"""Light from the viewer on a sample, as `shading/glsl/light/headlight.glsl` has it, and slopes that it needs."""
+"""Light from the viewer on a sample, as `shading/glsl/light/headlight.glsl` has it."""
 
 import numpy as np
 
@@ -24,10 +24,3 @@ def softened_cosine(forward: Float64Array, squared: Float64Array, soft_per_mm: f
     soft = soft_per_mm**2
     shares: Float64Array = np.divide(forward**2 + soft, squared + soft, out=np.ones_like(squared), where=squared > 0.0)
     return np.sqrt(shares, out=shares)
-
-
-def slopes(values: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
-    """Return central differences along an axis, one-sided at the ends."""
-    if values.shape[axis] == 1:
-        return np.zeros_like(values)
-    return np.ascontiguousarray(np.gradient(values, spacing_mm, axis=axis))

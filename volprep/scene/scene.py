@@ -130,7 +130,7 @@ class NormalSettings(Record):
     code: NormalCode = "biased8"
     """Encoding of the normals. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes,
     OpenGL ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more
-    exact."""
+    exact. The build warns if their light may be beyond the tolerance."""
     magnitude: bool = False
     """Whether one more byte holds the length of the gradient."""
     space: NormalSpace = "box"

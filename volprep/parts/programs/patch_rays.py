@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from volprep.kernels import _native
-from volprep.parts.headlight import slopes, softened_cosine
+from volprep.parts.headlight import softened_cosine
 from volprep_formats.arrays import Float32Array, Float64Array
 
 FINE = 8
@@ -62,12 +62,19 @@ def patch_rays(
     squared = np.zeros_like(values)
     for axis, spacing_mm in enumerate(spacing_mm_zyx, 1):
         along = np.empty_like(values)
-        _native.sample_patches(slopes(patches, axis, spacing_mm), starts, velocities, step_mm, along)
+        _native.sample_patches(_differences(patches, axis, spacing_mm), starts, velocities, step_mm, along)
         squared += along**2
     # The slope along a ray is the change of its values, also where a patch has thrown it back.
-    forward = slopes(values, 0, step_mm)
+    forward = _differences(values, 0, step_mm)
     light = softened_cosine(forward, np.maximum(squared, forward**2), soft_per_mm)
     return PatchRays(values, step_mm, views, light)
+
+
+def _differences(patches: Float64Array, axis: int, spacing_mm: float) -> Float64Array:
+    """Return central differences along an axis, one-sided at the ends."""
+    if patches.shape[axis] == 1:
+        return np.zeros_like(patches)
+    return np.ascontiguousarray(np.gradient(patches, spacing_mm, axis=axis))
 
 
 def _lines(

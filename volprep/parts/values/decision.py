@@ -137,7 +137,6 @@ class _Trials:
         self._settings = _settings(scene, profile, measured)
         between: SampleFilter = "nearest" if scene.source.labels else "linear"
         self.bench = _Bench(measured, info.grid.spacing_mm_zyx, functions, between, self._compositing)
-        self._normals = scene.lit_normals
         self._lit = _lit_bench(scene, info, measured, functions)
         self.lengths = [n for n in _ENTRIES if n <= profile.max_texture_size] or [profile.max_texture_size]
         """Possible lengths of lookup tables."""
@@ -170,13 +169,14 @@ class _Trials:
     def _lit_error(self, quantizer: Quantizer) -> PictureDifference | None:
         if self._lit is None or self.is_exact(quantizer):
             return None
-        return self._lit.error(quantizer if self._normals is None else replace(quantizer, half_floats=False))
+        return self._lit.error(quantizer if self._scene.lit_normals is None else replace(quantizer, half_floats=False))
 
     def normals_error(self, quantizer: Quantizer) -> PictureDifference | None:
         """Return the largest change of lit rays by normals that the package holds; None if no light reads them."""
-        if self._lit is None or self._normals is None:
+        held = self._scene.lit_normals
+        if self._lit is None or held is None:
             return None
-        return self._lit.error(replace(quantizer, half_floats=False), self._normals.code)
+        return self._lit.error(replace(quantizer, half_floats=False), held.code)
 
     def _suffices(self, trial: _Trial) -> bool:
         # At a silhouette the smallest error of a value decides whether a ray hits: all of a pixel, not a grade of it.
@@ -249,7 +249,7 @@ def _lit_bench(
     exact = scene.source.labels or scene.editable or compositing.isovalue
     if scene.render.lighting == "none" or exact or compositing.lit_rays is None:
         return None
-    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays, scene.lit_normals)
+    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays, scene)
 
 
 def _label_settings(settings: QuantizeSettings, measured: Measured, profile: DeviceProfile) -> QuantizeSettings:

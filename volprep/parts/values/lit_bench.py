@@ -16,10 +16,10 @@ import numpy as np
 from volprep.compositing.record import LitRays
 from volprep.kernels import _native
 from volprep.parts.gradient import direction_matrix, gradients
-from volprep.parts.headlight import slopes, softened_cosine
+from volprep.parts.headlight import softened_cosine
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views
 from volprep.scan.statistics import Measured
-from volprep.scene.scene import NormalSettings
+from volprep.scene.scene import Scene
 from volprep.truth.normal_codes import interpolated, unit
 from volprep_formats.arrays import Float32Array, Float64Array
 from volprep_formats.grid import Grid
@@ -29,6 +29,7 @@ from volprep_formats.package.parts.normals.record import (
     FILTERED_CODES,
     SOFT_LENGTH,
     SOFT_SLOPE,
+    GradientKernel,
     NormalCode,
 )
 from volprep_formats.source import SourceInfo
@@ -40,61 +41,49 @@ _VOXELS = 250_000
 class LitBench:
     """Patches with their true pictures, one for each transfer function."""
 
-    def __init__(
-        self, measured: Measured, info: SourceInfo, tables: list[Table], rays: LitRays, held: NormalSettings | None
-    ) -> None:
-        """Take the normals that the package holds; None where shaders take differences of codes."""
+    def __init__(self, measured: Measured, info: SourceInfo, tables: list[Table], rays: LitRays, scene: Scene) -> None:
         stored = measured.stored_patches
         used = stored[:: max(1, round(stored.size / _VOXELS))]
         self._patches: Float64Array = used.astype(np.float64) * info.slope + info.intercept
         self._spacing_mm_zyx = info.grid.spacing_mm_zyx
         self._tables = tables
         self._rays = rays
-        self._held = held
+        self._is_held = scene.lighting.normals == "volume"
+        kernel = scene.lighting.normals if scene.lit_normals is None else scene.lit_normals.kernel
+        self._kernel: GradientKernel = "central" if kernel == "volume" else kernel
         self._range = measured.statistics.maximum - measured.statistics.minimum
 
-    def error(self, quantizer: Quantizer, normals: NormalCode | None = None) -> PictureDifference:
-        """Return the largest error over the transfer functions, of normals that have a code as well if it is given."""
+    def error(self, quantizer: Quantizer, code: NormalCode | None = None) -> PictureDifference:
+        """Return the largest error over the transfer functions; also of the code of normals, if it is given."""
         low, high = quantizer.window
-        coded = self._pictures(quantizer.decoded(quantizer.texels(self._patches)), high - low, normals)
+        coded = self._pictures(quantizer.decoded(quantizer.texels(self._patches)), high - low, code)
         return difference_of_views(coded, self._truth)
 
     @cached_property
     def _truth(self) -> list[Float64Array]:
-        return self._pictures(self._patches, self._range)
+        return self._pictures(self._patches, self._range, None)
 
-    def _pictures(
-        self, patches: Float64Array, values_range: float, normals: NormalCode | None = None
-    ) -> list[Float64Array]:
-        columns = _columns(patches)
-        light = self._light(patches, values_range) if self._held is None else self._held_light(patches, normals)
+    def _pictures(self, patches: Float64Array, values_range: float, code: NormalCode | None) -> list[Float64Array]:
+        soft = SOFT_LENGTH if self._is_held else SOFT_SLOPE * values_range / min(self._spacing_mm_zyx)
+        normals = np.stack([self._normals(patch.astype(np.float32), code) for patch in patches]).astype(np.float64)
+        filtered = code is None or code in FILTERED_CODES
+        x, y, z = (_columns(normals[..., axis], filtered=filtered) for axis in range(3))
+        columns, light = _columns(patches), softened_cosine(z, x**2 + y**2 + z**2, soft)
         ends = ((columns, light), (np.ascontiguousarray(columns[::-1]), np.ascontiguousarray(light[::-1])))
         return [
-            self._rays(
-                np.ascontiguousarray(values), self._spacing_mm_zyx[0], table, "nearest", np.ascontiguousarray(lit)
-            )
+            self._rays(values, self._spacing_mm_zyx[0], table, "nearest", lit)
             for table in self._tables
             for values, lit in ends
         ]
 
-    def _light(self, patches: Float64Array, values_range: float) -> Float64Array:
-        z, *across = [_columns(slopes(patches, axis, mm)) for axis, mm in enumerate(self._spacing_mm_zyx, 1)]
-        soft_per_mm = SOFT_SLOPE / min(self._spacing_mm_zyx)
-        return softened_cosine(z, z**2 + across[0] ** 2 + across[1] ** 2, soft_per_mm * values_range)
-
-    def _held_light(self, patches: Float64Array, code: NormalCode | None) -> Float64Array:
-        normals = np.stack([self._normals(patch.astype(np.float32), code) for patch in patches]).astype(np.float64)
-        filtered = code is None or code in FILTERED_CODES
-        x, y, z = (_columns(normals[..., axis], filtered=filtered) for axis in range(3))
-        return softened_cosine(z, x**2 + y**2 + z**2, SOFT_LENGTH)
-
     def _normals(self, patch: Float32Array, code: NormalCode | None) -> Float32Array:
-        """Return normals [z, y, x, (x, y, z)] of the voxels of a patch, as their code has them if it is given."""
-        kernel, grid = (self._held or NormalSettings()).kernel, Grid.of(patch.shape, self._spacing_mm_zyx)
+        """Return the normals [z, y, x, (x, y, z)] of the voxels of a patch, as their code has them if it is given."""
+        grid = Grid.of(patch.shape, self._spacing_mm_zyx)
         if code is None:
-            return unit(gradients(patch, grid, kernel)).astype(np.float32)
+            slopes = gradients(patch, grid, self._kernel)
+            return unit(slopes).astype(np.float32) if self._is_held else slopes
         octets = np.empty((*patch.shape, DIRECTION_BYTES[code]), np.uint8)
-        _native.normals(patch, kernel, (False, False), direction_matrix(grid, "box"), code, 0.0, octets)
+        _native.normals(patch, self._kernel, (False, False), direction_matrix(grid, "box"), code, 0.0, octets)
         return interpolated(octets, code)
 
 
