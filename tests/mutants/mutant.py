@@ -21,7 +21,7 @@ class Mutant:
     scene: str
     """A scene of tests/support/foreign_scans.py, which is built and validated."""
     tests: tuple[str, ...]
-    """Tests that should fail, FILE or FILE::TEST; short ones, since each runs twice."""
+    """Tests that should fail, FILE, FILE::TEST or FILE::TEST[CASE]; short ones, since each runs twice."""
     anchors: int = 1
     """How often the anchor occurs; all are replaced."""
 
@@ -46,6 +46,6 @@ class Mutant:
 def _exists(test: str) -> bool:
     file, _, name = test.partition("::")
     path = ROOT / file
-    *classes, function = name.split("::")
+    *classes, function = name.partition("[")[0].split("::")
     said = f"\n{'    ' * len(classes)}def {function}("
     return path.is_file() and (not name or said in path.read_text(encoding="utf-8"))
