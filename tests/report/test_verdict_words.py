@@ -110,6 +110,16 @@ def test_what_a_level_has_lost_comes_from_its_worst_view_and_its_segments() -> N
     assert found.within
 
 
+def test_a_level_stands_beside_box_means_in_the_same_views() -> None:
+    """The worst of nine views of the level stood beside the worst of three of the means."""
+    drawing = level_drawing(1, seen(0.01), preview=True, passed=True)
+    (view,) = drawing.views
+    both = view.model_copy(update={"seen": seen(0.02), "box": seen(0.03)})
+    without = view.model_copy(update={"view": "superior", "seen": seen(0.9), "box": None})
+    found = drawing.model_copy(update={"views": (both, without)})
+    assert [(each.rmse, box.rmse) for each, box in zip(found.beside_boxes, found.boxes, strict=True)] == [(0.02, 0.03)]
+
+
 def test_strict_levels_fails_on_what_a_level_for_previews_has_lost(monkeypatch, capsys) -> None:
     report = report_of((0.001, 0.001, 0.001))
 
