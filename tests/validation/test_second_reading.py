@@ -141,7 +141,7 @@ def test_without_its_library_another_one_reads_the_same_volume(monkeypatch, read
 def test_copies_of_dicom_images_are_left_out_and_other_images_at_one_place_are_not(tmp_path) -> None:
     spec = of_scene("dicom")(tmp_path)
     once = read_scan(spec.model_dump(mode="json"))
-    first = sorted(each for each in Path(spec.path).rglob("*") if each.is_file())[0]
+    first = min(each for each in Path(spec.path).rglob("*") if each.is_file())
     header = pydicom.dcmread(first)
     header.SOPInstanceUID = header.file_meta.MediaStorageSOPInstanceUID = pydicom.uid.generate_uid()
     header.save_as(first.with_name("copy.dcm"))
