@@ -123,18 +123,6 @@ export function boxFromClip(grid, camera, aspect) {
 }
 
 /**
- * The nine standard views.
- * @param {Grid} grid
- * @param {Camera["projection"]} [projection]
- * @returns {Record<string, Camera>}
- */
-export function standardViews(grid, projection = "orthographic") {
-  return Object.fromEntries(
-    Object.entries(VIEWS).map(([name, [forward, up]]) => [name, cameraFrom(grid, forward, up, projection)]),
-  );
-}
-
-/**
  * @param {Grid} grid
  * @param {readonly number[]} forward
  * @param {readonly number[]} up

@@ -64,10 +64,7 @@ export class Volume extends THREE.Mesh {
   /** Unsupported settings of the scene or the device, each once. @type {string[]} */
   notes = [];
 
-  /**
-   * @param {THREE.WebGLRenderer} three @param {Grid} grid
-   * @param {Shared} [shared]
-   */
+  /** @param {THREE.WebGLRenderer} three @param {Grid} grid @param {Shared} [shared] */
   constructor(three, grid, shared = { renderer: null, picker: null, users: 0 }) {
     const [z, y, x] = grid.extent_mm_zyx;
     const { centre, diagonal } = middle(grid);

@@ -58,10 +58,7 @@ export class Changes {
     this.version++;
   }
 
-  /**
-   * @param {import("../draw/clip.js").Wanted | null} cut
-   * @param {number} [more] planes that each picture adds
-   */
+  /** @param {import("../draw/clip.js").Wanted | null} cut @param {number} [more] planes that each picture adds */
   async setClip(cut, more = this.more) {
     const { clipOf } = await import("../draw/clip.js");
     const made = clipOf({ ...cut, depth: Boolean(cut?.depth || this.#depth) }, more, this.#pack.manifest);

@@ -86,20 +86,14 @@ export function sharing(manifest, texture) {
   return found.sort((a, b) => (a.mipmap ?? 0) - (b.mipmap ?? 0));
 }
 
-/**
- * Bytes that the textures of a choice take on the GPU.
- * @param {Manifest} manifest @param {Choice} choice
- */
+/** Bytes that the textures of a choice take on the GPU. @param {Manifest} manifest @param {Choice} choice */
 export function bytesOf(manifest, choice) {
   const files = new Map(choice.textures.map((each) => [each.file, each]));
   const all = [...files.values()].flatMap((each) => sharing(manifest, each));
   return all.reduce((sum, each) => sum + texelBytes(checkedFormat(each), each.shape_zyx), 0);
 }
 
-/**
- * The internal format of a texture, checked to be one that WebGL accepts.
- * @param {Texture} texture
- */
+/** The internal format of a texture, checked to be one that WebGL accepts. @param {Texture} texture */
 export function checkedFormat(texture) {
   const internal = texture.gl.internal_format;
   if (!has(FORMATS, internal))

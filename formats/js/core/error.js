@@ -68,10 +68,7 @@ export const WORDS = {
 
 const LONGEST = 400;
 
-/**
- * Foreign text made safe for a message: without control characters, and shortened.
- * @param {unknown} value
- */
+/** Foreign text made safe for a message: without control characters, and shortened. @param {unknown} value */
 function shown(value) {
   const text = String(value).replace(/[\u0000-\u0009\u000b-\u001f\u007f-\u009f\u2028-\u202e\u2066-\u2069]/g, "\uFFFD");
   return text.length > LONGEST ? `${text.slice(0, LONGEST)}...` : text;
@@ -79,10 +76,7 @@ function shown(value) {
 
 /** An error with a permanent code. Its message is code, summary and remedy. */
 export class VolpkgError extends Error {
-  /**
-   * @param {string} code
-   * @param {Record<string, unknown>} fields values of the names in braces
-   */
+  /** @param {string} code @param {Record<string, unknown>} fields values of the names in braces */
   constructor(code, fields = {}) {
     const [summary, remedy] = WORDS[code].map((words) => words.replace(/\{(\w+)\}/g, (_, key) => shown(fields[key])));
     super(`${code} ${summary}. ${remedy}`);

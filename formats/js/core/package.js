@@ -72,10 +72,7 @@ export class Package {
     return this.#closed.signal;
   }
 
-  /**
-   * Size of a file as the manifest says it.
-   * @param {string} path
-   */
+  /** Size of a file as the manifest says it. @param {string} path */
   size(path) {
     return this.#record(path).size_bytes;
   }
@@ -135,10 +132,7 @@ export class Package {
     }
   }
 
-  /**
-   * A text file.
-   * @param {string} path @param {{signal?: AbortSignal}} [options]
-   */
+  /** A text file. @param {string} path @param {{signal?: AbortSignal}} [options] */
   text(path, options) {
     const found = this.#texts.get(path) ?? this.#text(path, options);
     this.#texts.set(path, found);

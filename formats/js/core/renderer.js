@@ -76,10 +76,7 @@ export class Renderer extends RendererState {
     return this;
   }
 
-  /**
-   * Sets whether the camera moves. While it moves, slow pictures are drawn coarser.
-   * @param {boolean} moving
-   */
+  /** Sets whether the camera moves. While it moves, slow pictures are drawn coarser. @param {boolean} moving */
   interacting(moving) {
     if (this.#moving === moving) return;
     this.#moving = moving;

@@ -27,10 +27,7 @@ export class RendererState extends EventTarget {
   /** @protected */
   _levels;
 
-  /**
-   * Called as listeners of "change" are.
-   * @type {() => void}
-   */
+  /** Called as listeners of "change" are. @type {() => void} */
   onchange = () => {};
 
   /** @param {Gl} gl @param {Package} pack @param {RendererOptions} options */

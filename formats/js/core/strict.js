@@ -150,11 +150,7 @@ function recordBreach({ grid, pictures = [], channels = [] }) {
   return undefined;
 }
 
-/**
- * @param {Uint8Array} bytes
- * @param {string} name of the package, for messages
- * @returns {Promise<Manifest>}
- */
+/** @param {Uint8Array} bytes @param {string} name of the package, for messages @returns {Promise<Manifest>} */
 export async function decodeManifest(bytes, name) {
   /** @type {(code: string, fields: Record<string, unknown>) => Promise<never>} */
   const refuse = async (code, fields) => {

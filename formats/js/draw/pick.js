@@ -239,10 +239,7 @@ export class Picker {
   }
 }
 
-/**
- * A camera that sees one ray.
- * @param {Point} from @param {Point} to @param {number} width of the ray, millimetres
- */
+/** A camera that sees one ray. @param {Point} from @param {Point} to @param {number} width of the ray, millimetres */
 function rayMatrix(from, to, width) {
   const half = from.map((each, i) => (to[i] - each) / 2);
   const away = unit(half);

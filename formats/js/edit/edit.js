@@ -223,10 +223,7 @@ function between(points, channels, value, upper) {
   return channels[a].map((each, c) => each + weight * (channels[b][c] - each));
 }
 
-/**
- * The matrix of a joint histogram, rows one after the other.
- * @param {Uint8Array} bytes @param {string} path
- */
+/** The matrix of a joint histogram, rows one after the other. @param {Uint8Array} bytes @param {string} path */
 export function shares(bytes, path) {
   /** @param {string} problem @returns {never} */
   const refuse = (problem) => {

@@ -1,10 +1,6 @@
 /** Styles of a shadow root: as a sheet, which content policies allow, or as an element in browsers that make no sheets. */
 
-/**
- * Adds styles.
- * @param {ShadowRoot} root @param {string} text
- * @returns {() => void} removes them
- */
+/** Adds styles. @param {ShadowRoot} root @param {string} text @returns {() => void} removes them */
 export function addStyle(root, text) {
   try {
     const sheet = new CSSStyleSheet();

@@ -19,11 +19,7 @@ let halves;
 
 const halvesOfCodes = () => Uint16Array.from({ length: 65536 }, (_, code) => toHalf(code / 65535));
 
-/**
- * Formats that can replace a texture's own format, the best one first.
- * @param {Texture} texture
- * @returns {Form[]}
- */
+/** Formats that can replace a texture's own format, the best one first. @param {Texture} texture @returns {Form[]} */
 export function others({ gl: { internal_format: internal, target }, filter, shape_zyx: [, rows, columns] }) {
   if (internal === "RGBA16F" && target === "TEXTURE_2D") {
     const most = rows > 1 ? Math.sqrt(MOST_TEXELS) : FINEST;

@@ -1,9 +1,6 @@
 /** Half floats from numbers. */
 
-/**
- * Bits of the half float that is nearest to a number from 0 to 65504.
- * @param {number} value
- */
+/** Bits of the half float that is nearest to a number from 0 to 65504. @param {number} value */
 export function toHalf(value) {
   if (value < 2 ** -14) return even(value * 2 ** 24);
   const exponent = Math.min(Math.floor(Math.log2(value)), 15);

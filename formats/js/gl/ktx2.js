@@ -16,10 +16,7 @@ const ZSTANDARD = 2;
 /** Bytes that hold the entries of all levels that a texture can have. */
 export const HEAD_BYTES = HEAD + 24 * 32;
 
-/**
- * Bytes of the texels of a level.
- * @param {string} internal @param {readonly number[]} shape z, y, x
- */
+/** Bytes of the texels of a level. @param {string} internal @param {readonly number[]} shape z, y, x */
 export function texelBytes(internal, [z, y, x]) {
   const { block, bytes } = FORMATS[internal];
   return z * Math.ceil(y / block) * Math.ceil(x / block) * bytes;

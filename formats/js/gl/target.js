@@ -166,10 +166,7 @@ export class Picture {
     return this.#frame;
   }
 
-  /**
-   * Binds it as the render target.
-   * @param {number} width @param {number} height
-   */
+  /** Binds it as the render target. @param {number} width @param {number} height */
   bind(width, height) {
     const gl = this.#gl;
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);

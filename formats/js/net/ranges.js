@@ -76,10 +76,7 @@ async function gather(pieces) {
 /** @param {URL} url @param {string} answer */
 const refused = (url, answer) => new VolpkgError("VP7015", { url: url.href, answer });
 
-/**
- * Gives a part that is still to come.
- * @param {Asked["give"]} give
- */
+/** Gives a part that is still to come. @param {Asked["give"]} give */
 function promised(give) {
   /** @type {(bytes: Uint8Array) => void} */
   let done = () => {};

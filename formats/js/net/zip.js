@@ -34,12 +34,7 @@ export function local(size, slice) {
   };
 }
 
-/**
- * @param {string} name
- * @param {Bytes} bytes
- * @param {AbortSignal} [signal]
- * @returns {Promise<Source>}
- */
+/** @param {string} name @param {Bytes} bytes @param {AbortSignal} [signal] @returns {Promise<Source>} */
 export async function openZip(name, bytes, signal) {
   const entries = await directory(name, bytes, signal);
   return {

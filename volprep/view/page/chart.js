@@ -19,10 +19,7 @@ export const STEADY = 0.1;
 /** @param {Timed} point */
 export const spread = (point) => (point.draw_ms ? (point.slowest_ms - point.fastest_ms) / point.draw_ms : 0);
 
-/**
- * @param {Timed[]} points
- * @param {{tolerance: number | null, title: string}} about
- */
+/** @param {Timed[]} points @param {{tolerance: number | null, title: string}} about */
 export function errorAgainstTime(points, { tolerance, title }) {
   const shown = points.filter((each) => each.draw_ms > 0 && each.rmse > 0);
   const x = scale(

@@ -5,11 +5,7 @@ import { showProblem } from "./problems.js";
 
 const STEPS = 200;
 
-/**
- * @param {import("../runtime/stage.js").Stage} stage
- * @param {any} manifest
- * @param {() => void} changed
- */
+/** @param {import("../runtime/stage.js").Stage} stage @param {any} manifest @param {() => void} changed */
 export function cutControls(stage, manifest, changed) {
   const extent = [...manifest.grid.extent_mm_zyx].reverse();
   const box = [[...extent].fill(0), [...extent]];

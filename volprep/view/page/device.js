@@ -1,8 +1,6 @@
 /** Names of this device: GPU, browser, system. Nothing else is recorded. */
 
-/**
- * @param {any} gl
- */
+/** @param {any} gl */
 export function deviceNames(gl) {
   const extension = gl.getExtension("WEBGL_debug_renderer_info");
   const gpu = gl.getParameter(extension ? extension.UNMASKED_RENDERER_WEBGL : gl.RENDERER);

@@ -12,30 +12,20 @@ export async function settings() {
   return inside ? JSON.parse(inside.textContent ?? "") : (await fetched(SETTINGS)).json();
 }
 
-/**
- * What a package is opened from: its address, or the bytes that the page holds.
- * @param {string} address
- */
+/** What a package is opened from: its address, or the bytes that the page holds. @param {string} address */
 export function packageSource(address) {
   const blocks = blocksOf(address);
   return blocks.length ? new Blob(blocks.map(decoded)) : new URL(address, document.baseURI).href;
 }
 
-/**
- * A file of the report.
- * @param {string} address
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
- */
+/** A file of the report. @param {string} address @returns {Promise<Uint8Array<ArrayBuffer>>} */
 export async function file(address) {
   const blocks = blocksOf(address);
   const source = blocks.length ? new Blob(blocks.map(decoded)) : await fetched(address);
   return new Uint8Array(await source.arrayBuffer());
 }
 
-/**
- * Data of the report.
- * @param {string} address
- */
+/** Data of the report. @param {string} address */
 export async function json(address) {
   return JSON.parse(new TextDecoder().decode(await file(address)));
 }

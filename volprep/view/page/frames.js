@@ -7,10 +7,7 @@ import { showProblem } from "./problems.js";
 const PACE_S = 0.1;
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 
-/**
- * Shows the controls if the package is a time series.
- * @param {import("../runtime/stage.js").Stage} stage
- */
+/** Shows the controls if the package is a time series. @param {import("../runtime/stage.js").Stage} stage */
 export function frameControls({ renderer }) {
   const { frames = [] } = renderer.package.manifest;
   if (!frames.length) return { state: () => 0, show: () => {} };

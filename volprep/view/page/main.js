@@ -51,10 +51,7 @@ async function start() {
   Object.assign(window, { volprep: { stage, pack } });
 }
 
-/**
- * Adds the controls of a volume.
- * @param {any} viewer @param {import("./files.js").Settings} told
- */
+/** Adds the controls of a volume. @param {any} viewer @param {import("./files.js").Settings} told */
 async function showVolume(viewer, told) {
   const { stage } = viewer;
   const { manifest } = viewer.package;

@@ -34,10 +34,7 @@ export function coded(error) {
   return new PageError("VP7042", { reason: error?.message ?? error });
 }
 
-/**
- * Code, words and remedy as elements.
- * @param {unknown} error
- */
+/** Code, words and remedy as elements. @param {unknown} error */
 export function problem(error) {
   const { code, summary, remedy } = coded(error);
   return [

@@ -135,11 +135,7 @@ export class Clock {
 /** @param {number} value @param {number} least @param {number} most */
 const within = (value, least, most) => Math.min(most, Math.max(least, Math.floor(value)));
 
-/**
- * The slope of a line through points, least squares.
- * @param {number[]} counts
- * @param {number[]} times
- */
+/** The slope of a line through points, least squares. @param {number[]} counts @param {number[]} times */
 export function slope(counts, times) {
   const mean = (/** @type {number[]} */ values) => values.reduce((sum, each) => sum + each, 0) / values.length;
   const [n, t] = [mean(counts), mean(times)];
@@ -158,11 +154,7 @@ function summary(times, draws) {
 
 /** @typedef {(work: () => void) => Promise<number | null>} Query the milliseconds that the GPU works; null if unknown */
 
-/**
- * Timer queries of this context; null where it has none.
- * @param {any} gl
- * @returns {Query | null}
- */
+/** Timer queries of this context; null where it has none. @param {any} gl @returns {Query | null} */
 function queryOf(gl) {
   const two = gl.getExtension("EXT_disjoint_timer_query_webgl2");
   const one = two ? null : gl.getExtension("EXT_disjoint_timer_query");
