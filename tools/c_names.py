@@ -82,7 +82,6 @@ LIMITS = {
     "Proxy.meshes": 1024,
     "Skipping.ranges": 4096,
     "Skipping.tables": 4096,
-    "Together.transfers": 32,
     "programs": 256,
     "reads": 32,
     "samplers": 64,

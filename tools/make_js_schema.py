@@ -21,12 +21,7 @@ from pathlib import Path
 from schema_records import ROLES, Schema, schema_records
 
 TARGET = Path(__file__).parent.parent / "formats" / "js" / "schema.js"
-_PATTERNS = {
-    "^[0-9a-f]{64}$": "h",
-    "^[a-z0-9_-]+(": "p",
-    "^[a-z0-9][a-z0-9_-]*$": "c",
-    "^1\\.": "v",
-}
+_PATTERNS = {"^[0-9a-f]{64}$": "h", "^[a-z0-9_-]+(": "p", "^[a-z0-9][a-z0-9_-]*$": "c", "^1\\.": "v"}
 _MOST = 2**31 - 1
 _INTEGERS = {
     (-_MOST, _MOST, None, None): "i",

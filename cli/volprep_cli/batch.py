@@ -85,8 +85,7 @@ Workers = Annotated[
     typer.Option(min=1, help="Number of processes on this machine; if not given, one for each core.", metavar="N"),
 ]
 Scheduler = Annotated[
-    str | None,
-    typer.Option(help="Address of a Dask scheduler, whose workers are used.", metavar="tcp://HOST:PORT"),
+    str | None, typer.Option(help="Address of a Dask scheduler, whose workers are used.", metavar="tcp://HOST:PORT")
 ]
 Shard = Annotated[
     str | None,

@@ -36,8 +36,7 @@ class Choices:
     """Source and look options of the command line; they override the scene."""
 
     series: Annotated[
-        str | None,
-        typer.Option(help="SeriesInstanceUID, or an ending of it, if there are several.", metavar="UID"),
+        str | None, typer.Option(help="SeriesInstanceUID, or an ending of it, if there are several.", metavar="UID")
     ] = None
     volume: Annotated[
         int | None,
@@ -59,8 +58,7 @@ class Choices:
         ),
     ] = None
     channel: Annotated[
-        str | None,
-        typer.Option(help="Name or number of the channel, if an OME file holds several.", metavar="NAME"),
+        str | None, typer.Option(help="Name or number of the channel, if an OME file holds several.", metavar="NAME")
     ] = None
     level: Annotated[
         int | None,
@@ -131,7 +129,7 @@ class Choices:
         Literal["coded", "free"] | None,
         typer.Option(
             help="Names of --segments that the package holds. coded, as if not given: names of public vocabularies, "
-            "and numbers for other segments. free: typed names and names of files, too, which may identify a patient.",
+            "and numbers for other segments. free: typed names and names of files, too, which may identify a patient."
         ),
     ] = None
     preset: Annotated[

@@ -13,8 +13,7 @@ from volprep_cli.outputs import Force
 def cut(
     package: PackageFolder,
     center: Annotated[
-        str,
-        typer.Option(help="Voxel of level 0 at the center of the box, for example 120,80,200.", metavar="X,Y,Z"),
+        str, typer.Option(help="Voxel of level 0 at the center of the box, for example 120,80,200.", metavar="X,Y,Z")
     ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder to write: cut.ktx2, cut.json, cut.png.", metavar="FOLDER")

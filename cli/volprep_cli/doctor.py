@@ -11,9 +11,7 @@ if TYPE_CHECKING:
     from volprep.doctor import Fact
 
 
-def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
-) -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False) -> None:
     """Check that this machine has what volprep needs.
 
     Prints one line for each component, with how to get a missing one. Drivers advertise textures that they draw wrong:

@@ -162,13 +162,7 @@ def _programs(manifest: "Manifest") -> PrintedTable:
 
 def _plan(manifest: "Manifest") -> PrintedTable:
     rows: Rows = [
-        (
-            item.name,
-            item.channel or "",
-            "kept" if item.kept else "left out",
-            bytes_text(item.size_bytes),
-            item.reason,
-        )
+        (item.name, item.channel or "", "kept" if item.kept else "left out", bytes_text(item.size_bytes), item.reason)
         for item in manifest.plan
     ]
     return PrintedTable("PLAN", ("item", "channel", "", "cost", "reason"), rows)

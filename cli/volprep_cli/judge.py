@@ -18,10 +18,7 @@ LookFile = Annotated[
         metavar="FILE",
     ),
 ]
-Target = Annotated[
-    Path,
-    typer.Option("-o", "--output", help="File to write.", metavar="FILE"),
-]
+Target = Annotated[Path, typer.Option("-o", "--output", help="File to write.", metavar="FILE")]
 Channel = Annotated[str | None, typer.Option(help="Name or number of the channel.", metavar="NAME")]
 
 

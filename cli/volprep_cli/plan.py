@@ -137,13 +137,7 @@ def plan(
 
 
 def _plan_devices(
-    request: "Request",
-    folder: Path,
-    canvas: "Canvas | None",
-    frame_ms: float,
-    error: float | None,
-    *,
-    as_json: bool,
+    request: "Request", folder: Path, canvas: "Canvas | None", frame_ms: float, error: float | None, *, as_json: bool
 ) -> None:
     from volprep.pipeline.build import scan_digests
     from volprep.plan.device_cheapest import DeviceLimits, cheapest

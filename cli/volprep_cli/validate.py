@@ -5,15 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import (
-    Json,
-    end_beyond,
-    print_json,
-    print_line,
-    print_table,
-    print_warnings,
-    progress,
-)
+from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, print_warnings, progress
 from volprep_cli.outputs import Package
 from volprep_cli.studies.ablation import end_with_ablation
 from volprep_cli.studies.of_package import Size, Source

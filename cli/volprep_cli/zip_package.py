@@ -25,12 +25,7 @@ Texels = Annotated[
 
 
 def zip_package(
-    package: Package,
-    output: Output = None,
-    *,
-    texels: Texels = "as-is",
-    force: Force = False,
-    as_json: Json = False,
+    package: Package, output: Output = None, *, texels: Texels = "as-is", force: Force = False, as_json: Json = False
 ) -> None:
     """Write a package as one zip file, which apps can map into memory.
 

@@ -14,12 +14,7 @@ if TYPE_CHECKING:
 
 
 def ablation(
-    package: Package,
-    output: Output,
-    *,
-    source: Source = None,
-    size: Size = None,
-    as_json: Json = False,
+    package: Package, output: Output, *, source: Source = None, size: Size = None, as_json: Json = False
 ) -> None:
     """Measure what each item of a package is worth, by leaving it out or adding it: about fifteen packages.
 

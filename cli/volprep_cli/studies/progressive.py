@@ -10,8 +10,7 @@ from volprep_cli.outputs import Package, require_new
 from volprep_cli.picture_options import Background, Level, Size, Step, Transfer, View, size_of
 
 Output = Annotated[
-    Path,
-    typer.Option("--output", "-o", help="Folder to write: frame-000.png, ..., frames.json.", metavar="FOLDER"),
+    Path, typer.Option("--output", "-o", help="Folder to write: frame-000.png, ..., frames.json.", metavar="FOLDER")
 ]
 Order = Annotated[
     Literal["slabs", "tiles", "random", "structured"] | None,
