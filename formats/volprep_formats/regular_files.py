@@ -15,12 +15,7 @@ from pathlib import Path
 MOST_TEXT_BYTES = 2**20
 """Largest text file that a user writes: a scene, a profile, a transfer function. They have some kilobytes."""
 
-_KINDS = {
-    stat.S_IFIFO: "a named pipe",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-    stat.S_IFSOCK: "a socket",
-}
+_KINDS = {stat.S_IFIFO: "a named pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
 
 
 def is_there(path: Path) -> bool:

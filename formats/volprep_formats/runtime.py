@@ -19,10 +19,7 @@ _PATH = re.compile(r'"\.{1,2}/(?:[\w.]+/)*(\w+\.js)"')
 _IMPORT = re.compile(r"^import(?:\s+\{([^}]*)\}\s+from)?\s+\"\./([\w.]+)\";\n", re.MULTILINE)
 _EXPORT_FROM = re.compile(r"^export\s+\{([^}]*)\}\s+from\s+\"\./([\w.]+)\";\n", re.MULTILINE)
 _FROM = re.compile(r"^((?:import|export)\s+\{[^}]*\}\s+from\s+)\"\./([\w.]+)\"", re.MULTILINE)
-_EXPORT = re.compile(
-    r"^export\s+(?=(?:async\s+function\*?|function\*?|class|const)\s+([\w$]+))",
-    re.MULTILINE,
-)
+_EXPORT = re.compile(r"^export\s+(?=(?:async\s+function\*?|function\*?|class|const)\s+([\w$]+))", re.MULTILINE)
 _TOP = re.compile(r"^(?:export\s+)?(?:async\s+function\*?|function\*?|class|const|let)\s+([\w$]+)", re.MULTILINE)
 
 

@@ -1,7 +1,6 @@
 """The scan that curves are measured on: the scan itself, or, of a large one, means of its voxels, as a file."""
 
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +9,16 @@ from volprep.scan.channels import opened_channel
 from volprep.truth.lit import Normals
 from volprep.truth.volume import Volume
 from volprep_formats.arrays import Float64Array
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress, Silent
-from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+from volprep_formats.source import SourceSpec, VolumeSource
 from volprep_formats.writers import nrrd
 
 MOST_VOXELS = 2_000_000
 """Curves of so many voxels take minutes, not hours: some ninety packages are built."""
 
 
-class _Means:
+class _Means(OpenedSource):
     """A source whose voxels are means of another one's, or, of labels, every so many of them."""
 
     def __init__(self, source: VolumeSource, factor: int, *, labels: bool) -> None:
@@ -26,7 +26,7 @@ class _Means:
         self._factor = factor
         self._labels = labels
         grid = source.info.grid.coarser((factor, factor, factor))
-        self.info: SourceInfo = source.info.model_copy(update={"grid": grid})
+        super().__init__(source.info.model_copy(update={"grid": grid}))
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         factor, shape = self._factor, self._source.info.grid.shape_zyx
@@ -38,12 +38,6 @@ class _Means:
         means: Float64Array = padded.reshape(z, factor, y, factor, x, factor).mean(axis=(1, 3, 5), dtype=np.float64)
         rounded: NDArray[np.generic] = (np.rint(means) if voxels.dtype.kind in "iu" else means).astype(voxels.dtype)
         return rounded
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        return None
 
 
 def write_scan(

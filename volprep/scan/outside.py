@@ -6,15 +6,15 @@ their old values.
 
 from math import prod
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceInfo, SourceSpec, UnroundedSource, VolumeSource
+from volprep_formats.source import SourceSpec, UnroundedSource, VolumeSource
 
 
 def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float] | None:
@@ -33,7 +33,7 @@ def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float
     return (least, greatest) if np.isfinite(least) else None
 
 
-class MeantSource:
+class MeantSource(OpenedSource):
     """A source in which voxels outside the mask, and NaN or infinite ones, have the values that the scene names."""
 
     def __init__(self, spec: SourceSpec, source: VolumeSource, mask: VolumeSource | None, progress: Progress) -> None:
@@ -58,12 +58,8 @@ class MeantSource:
             remarks.append(f"what the mask leaves out has the value {info.slope * outside + info.intercept:.6g}")
         if self._nan is not None:
             remarks.append(f"voxels that are NaN got the value {info.slope * self._nan + info.intercept:.6g}")
-        self._info = info.model_copy(update={"remarks": tuple(remarks)})
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type, as the source has them."""
-        return self._info
+        resources = (source,) if mask is None else (source, mask)
+        super().__init__(info.model_copy(update={"remarks": tuple(remarks)}), *resources)
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises VP2082 for a mask that is NaN somewhere."""
@@ -85,16 +81,6 @@ class MeantSource:
                 raise VolprepError("VP2082", path=self._spec.mask, z=z0 + int(unknown.argmax()))
             slab = np.where(mask != 0, slab, slab.dtype.type(self._outside))
         return slab
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the source and the mask."""
-        if self._mask is not None:
-            self._mask.__exit__(*exception)
-        self._source.__exit__(*exception)
 
     def _least(self, progress: Progress) -> float:
         """Return the least finite stored value, which takes one reading of the scan."""

@@ -5,15 +5,15 @@ bits, more of them codes of 16 bits.
 """
 
 from math import prod
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
-from volprep_formats.source import LARGEST_NUMBER, ROUNDED, SourceInfo, VolumeSource, read_labels
+from volprep_formats.source import LARGEST_NUMBER, ROUNDED, VolumeSource, read_labels
 
 LARGEST_LABEL = 255
 """Largest label whose code has 8 bits."""
@@ -63,7 +63,7 @@ def _numbers(source: VolumeSource, progress: Progress) -> NDArray[np.float64] | 
     return found
 
 
-class RelabelledSource:
+class RelabelledSource(OpenedSource):
     """A source whose voxels are codes of the labels in `numbers`."""
 
     def __init__(self, source: VolumeSource, numbers: NDArray[np.float64]) -> None:
@@ -71,35 +71,17 @@ class RelabelledSource:
         self._source = source
         self._numbers = numbers
         self._code_type = np.uint8 if len(numbers) <= LARGEST_LABEL + 1 else np.uint16
-        info = source.info
-        self._info = info.model_copy(
-            update={
-                "stored_type": self._code_type.__name__,
-                "slope": 1.0,
-                "intercept": 0.0,
-                "label_numbers": tuple(int(number) for number in numbers),
-                "remarks": (
-                    *(remark for remark in info.remarks if not remark.startswith(ROUNDED)),
-                    _REMARK.format(highest=f"{numbers.max():.0f}", last=len(numbers) - 1),
-                ),
-            }
+        remarks = (
+            *(remark for remark in source.info.remarks if not remark.startswith(ROUNDED)),
+            _REMARK.format(highest=f"{numbers.max():.0f}", last=len(numbers) - 1),
         )
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type of the codes."""
-        return self._info
+        labels = tuple(int(number) for number in numbers)
+        codes = {"stored_type": self._code_type.__name__, "slope": 1.0, "intercept": 0.0}
+        info = source.info.model_copy(update={**codes, "label_numbers": labels, "remarks": remarks})
+        super().__init__(info, source)
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Codes of slices z0 to z1 - 1 as [z, y, x]."""
         info = self._source.info
         values = info.slope * read_labels(self._source, z0, z1).astype(np.float64) + info.intercept
         return np.searchsorted(self._numbers, values).astype(self._code_type)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the source."""
-        self._source.__exit__(*exception)

@@ -8,7 +8,6 @@ the lowest value of the scan. Integers are rounded to the nearest. The repairs a
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +16,11 @@ from volprep.scan.slabs import slab_ranges
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_slices, open_source
 from volprep_formats.source import (
     GapRepair,
-    SourceInfo,
     SourceSpec,
     TiltRepair,
     UnevenSource,
@@ -45,7 +44,7 @@ def open_scan(spec: SourceSpec, base: Path, progress: Progress) -> VolumeSource:
     return RepairedSource(source, progress) if isinstance(source, UnevenSource) else source
 
 
-class RepairedSource:
+class RepairedSource(OpenedSource):
     """A source on an even grid, whose slabs are interpolated from uneven slices."""
 
     def __init__(self, source: UnevenSource, progress: Progress) -> None:
@@ -80,12 +79,7 @@ class RepairedSource:
         start_mm_xyz = [start_yx[1] * spacing_mm_yx[1], start_yx[0] * spacing_mm_yx[0], 0.0]
         origin = np.array(nominal.grid.origin_mm_xyz) + np.array(nominal.grid.direction) @ start_mm_xyz
         grid = Grid.of((len(self._between), *shape_yx), (pitch_mm, *spacing_mm_yx), origin, nominal.grid.direction)
-        self._info = nominal.model_copy(update={"grid": grid, "repairs": tuple(repairs)})
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry, type, photometry, and repairs."""
-        return self._info
+        super().__init__(nominal.model_copy(update={"grid": grid, "repairs": tuple(repairs)}), source)
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises the errors of the reader."""
@@ -119,15 +113,6 @@ class RepairedSource:
             return values
 
         return moved
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        self._source.__enter__()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the slices."""
-        self._source.__exit__(*exception)
 
 
 def moved_along(values: Float64Array, axis: int, shift: float, length: int) -> Float64Array:

@@ -72,9 +72,7 @@ class IntegralTable:
         grown = grown + shares[1][..., None] * slopes[1] - shares[0][..., None] * slopes[0]
         is_point = (np.abs(width) < LEAST_ENTRIES) | (entries[0] == entries[1])
         mean = np.where(
-            is_point[..., None],
-            (slopes[0] + slopes[1]) / 2,
-            grown / np.where(is_point, 1.0, width)[..., None],
+            is_point[..., None], (slopes[0] + slopes[1]) / 2, grown / np.where(is_point, 1.0, width)[..., None]
         )
         return self._medium(mean)
 

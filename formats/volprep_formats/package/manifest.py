@@ -320,9 +320,13 @@ class Manifest(Heading, PartRecords):
         # Pieces are of level 0, as bricks on demand are.
         return PictureProgram(**fields, transfer=picture.name, levels=levels or (0,))
 
+    def held(self, role: str, level: int | None = None) -> tuple[Texture, ...]:
+        """Return the textures of a role: those of a level, or all."""
+        return tuple(each for each in self.textures if each.role == role and level in {None, each.level})
+
     def skips(self, program: Program) -> bool:
         """Return whether a program looks at skip tables."""
-        tables = {texture.name for texture in self.textures if texture.role == "skip"}
+        tables = {texture.name for texture in self.held("skip")}
         return any(
             program.name in drawing.programs and not tables.isdisjoint(drawing.textures) for _, drawing in self.drawings
         )

@@ -80,11 +80,7 @@ def _is_package(folder: Path) -> bool:
 READERS = (
     Reader("raw", "raw", lambda spec, _path, _head: spec.raw is not None, "a raw volume", ("raw",)),
     Reader(
-        "mosaic",
-        "mosaic",
-        lambda spec, _path, _head: spec.mosaic is not None,
-        "a mosaic of slices",
-        ("rgb", "mosaic"),
+        "mosaic", "mosaic", lambda spec, _path, _head: spec.mosaic is not None, "a mosaic of slices", ("rgb", "mosaic")
     ),
     Reader(
         "volpkg",
@@ -143,18 +139,10 @@ READERS = (
         ("volume", "frames", "colour"),
     ),
     Reader(
-        "mrtrix",
-        "mrtrix",
-        lambda _spec, _path, head: head.startswith(b"mrtrix image"),
-        "an MRtrix image",
-        ("volume",),
+        "mrtrix", "mrtrix", lambda _spec, _path, head: head.startswith(b"mrtrix image"), "an MRtrix image", ("volume",)
     ),
     Reader(
-        "nrrd",
-        "nrrd",
-        lambda _spec, _path, head: head[:4] == b"NRRD",
-        "an NRRD volume",
-        ("volume", "frames", "colour"),
+        "nrrd", "nrrd", lambda _spec, _path, head: head[:4] == b"NRRD", "an NRRD volume", ("volume", "frames", "colour")
     ),
     Reader("vdb", "vdb.reader", lambda _spec, _path, head: head[:4] == b" BDV", "an OpenVDB grid", ("colour", "grid")),
     Reader("vti", "vtk.vti", lambda _spec, _path, head: b"<VTKFile" in head, "a VTK volume", ("colour",)),

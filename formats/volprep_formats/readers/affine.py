@@ -13,11 +13,7 @@ _SMALLEST_MM, _LARGEST_MM = 1e-9, 1e6
 
 
 def grid_from_affine(
-    path: Path,
-    which: str,
-    shape_zyx: tuple[int, int, int],
-    columns_mm: Float64Array,
-    origin_mm_xyz: Float64Array,
+    path: Path, which: str, shape_zyx: tuple[int, int, int], columns_mm: Float64Array, origin_mm_xyz: Float64Array
 ) -> Grid:
     """Grid whose axes x, y and z step along the columns of the 3×3 matrix `columns_mm`, in LPS millimetres.
 

@@ -9,16 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
 from volprep_formats.readers.voxel_file import VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, source_of
 from volprep_formats.source import ColourChannel, SourceInfo
 
 _NAMES = "RGBA"
 
 
-def colour_type(path: Path, component: np.dtype[np.generic], count: int) -> np.dtype[np.generic]:
-    """Return the type of voxels of `count` components each. Raises VP1290 where they are no RGB or RGBA."""
+def voxel_type(path: Path, component: np.dtype[np.generic], count: int | None) -> np.dtype[np.generic]:
+    """Return the type of voxels in colour, of `count` components each; that of a number itself if None.
+
+    Raises VP1290 where they are no RGB or RGBA.
+    """
+    if count is None:
+        return component
     if count not in {3, 4}:
         raise VolprepError("VP1290", path=path, problem=f"it has {count} component(s) in each voxel, not 3 or 4")
     if component.kind != "f" and not (component.kind == "u" and component.itemsize <= 2):
@@ -27,16 +33,38 @@ def colour_type(path: Path, component: np.dtype[np.generic], count: int) -> np.d
     return np.dtype([(name, component) for name in _NAMES[:count]])
 
 
+def open_voxels(
+    facts: HeaderFacts,
+    voxels: VoxelFile,
+    wanted: ColourChannel | None,
+    progress: Progress,
+    *,
+    most_bytes_after: int | None = 0,
+) -> VoxelSource:
+    """Return the source of voxels that are numbers, or of one channel of voxels in colour if one is wanted.
+
+    Raises what `source_of` and `ColourVoxels` raise.
+    """
+    if wanted is None:
+        return source_of(facts, voxels, progress, most_bytes_after=most_bytes_after)
+    return ColourVoxels(facts, voxels, wanted, most_bytes_after=most_bytes_after)
+
+
 class ColourVoxels(VoxelSource):
     """Premultiplied linear light, or extinction, of colours and straight alpha."""
 
     def __init__(
         self, facts: HeaderFacts, voxels: VoxelFile, wanted: ColourChannel, *, most_bytes_after: int | None = 0
     ) -> None:
-        """Take a file of voxels of a `colour_type`.
+        """Take a file of voxels of a `voxel_type` of colours.
 
-        Closes it and raises VP1290 for an extinction from an alpha that is not there.
+        Closes it and raises VP1290 for numbers, or for an extinction from an alpha that is not there.
         """
+        if voxels.dtype.names is None:
+            voxels.close()
+            raise VolprepError(
+                "VP1290", path=voxels.path, problem=f"its voxels are numbers of type {voxels.dtype.name}"
+            )
         self._wanted = wanted
         components = [component for component, *_ in (voxels.dtype.fields or {}).values()]
         self._component = components[0].newbyteorder("=")

@@ -17,7 +17,7 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
+from volprep_formats.readers.colour_voxels import open_voxels, voxel_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
@@ -25,7 +25,7 @@ from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.unpacking import ForwardStream, inflated, joined, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -71,15 +71,12 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     grid, remarks = _grid(path, fields, layout.shape_zyx)
     slope, intercept = _intensity(path, fields)
     voxels = _voxels(path, fields, end_bytes, layout, colours)
-    if spec.colour is None:
-        facts = HeaderFacts("metaimage", grid, remarks, slope, intercept)
-        return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
-    if (slope, intercept) != (1.0, 0.0):
+    if colours is not None and (slope, intercept) != (1.0, 0.0):
         voxels.close()
-        raise VolprepError(
-            "VP1290", path=path, problem=SafeText("it rescales its components (ElementToIntensityFunction)")
-        )
-    return ColourVoxels(HeaderFacts("metaimage", grid, remarks), voxels, spec.colour)
+        problem = SafeText("it rescales its components (ElementToIntensityFunction)")
+        raise VolprepError("VP1290", path=path, problem=problem)
+    facts = HeaderFacts("metaimage", grid, remarks, slope, intercept)
+    return open_voxels(facts, voxels, spec.colour, progress, most_bytes_after=layout.most_bytes_after)
 
 
 def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
@@ -201,7 +198,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, layout: VolumeLayout, co
     order = ">" if _true(path, fields, "binarydatabyteordermsb", "False") else "<"
     packed, binary = _true(path, fields, "compresseddata", "False"), _true(path, fields, "binarydata", "True")
     number = np.dtype(order + _TYPES[element]) if binary or packed else np.dtype(_TYPES[element])
-    dtype = number if colours is None else colour_type(path, number, colours)
+    dtype = voxel_type(path, number, colours)
     if fields.get("headersizeperslice", "0") not in {"0", "-1"}:
         raise VolprepError("VP1122", path=path, what=SafeText("HeaderSizePerSlice"))
     name = fields["elementdatafile"]

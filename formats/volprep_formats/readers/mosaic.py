@@ -15,13 +15,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.isolation import workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.decoded_source import DecodedSource
-from volprep_formats.readers.pictures.file import (
-    DecodeRequest,
-    Page,
-    decode_request,
-    page_remarks,
-    read_headers,
-)
+from volprep_formats.readers.pictures.file import DecodeRequest, Page, decode_request, page_remarks, read_headers
 from volprep_formats.source import GreyOf, SourceInfo, SourceSpec, TileLayout
 
 

@@ -17,12 +17,12 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import ColourVoxels
+from volprep_formats.readers.colour_voxels import open_voxels
 from volprep_formats.readers.header_pair import voxels_beside
 from volprep_formats.readers.orientation import LPS_FROM_RAS
 from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.voxel_file import VoxelFile, is_gzip, possible_ends
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume
 from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
@@ -68,8 +68,6 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         dtype = header.get_data_dtype()
     except KeyError as error:
         raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
-    if spec.colour is not None and dtype.names is None:
-        raise VolprepError("VP1290", path=path, problem=f"its voxels are numbers of type {dtype.name}")
     if spec.colour is None and dtype.name not in _NUMBERS:
         code = int(header["datatype"])
         raise VolprepError("VP1022", path=path, dtype=_NAMES.get(code, dtype.name))
@@ -83,9 +81,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     facts = HeaderFacts("nifti", grid, (*bits_remarks, *end_remarks, *remarks), slope, intercept)
     # Data after the last volume is counted; data after any other volume need not be unpacked.
     most_bytes_after = voxels.slice_bytes - 1 if volume == volumes - 1 else None
-    if spec.colour is not None:
-        return ColourVoxels(facts, voxels, spec.colour, most_bytes_after=most_bytes_after)
-    return source_of(facts, voxels, progress, most_bytes_after=most_bytes_after)
+    return open_voxels(facts, voxels, spec.colour, progress, most_bytes_after=most_bytes_after)
 
 
 def channel_names(_spec: SourceSpec, path: Path) -> list[str]:

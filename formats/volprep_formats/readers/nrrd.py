@@ -16,7 +16,7 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
+from volprep_formats.readers.colour_voxels import open_voxels, voxel_type
 from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
@@ -31,7 +31,7 @@ from volprep_formats.readers.unpacking import (
     unzipped,
 )
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -111,12 +111,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     layout = _layout(path, fields, axes, spec.volume)
     grid, remarks = _grid(path, fields, axes, axes.shape_zyx)
     voxels = _voxels(path, fields, end_bytes, layout, colours)
-    if spec.colour is not None:
-        return ColourVoxels(HeaderFacts("nrrd", grid, remarks), voxels, spec.colour)
     if "old min" in fields or "old max" in fields:
         remarks.append("the values were quantised before they were written (old min, old max); codes are read")
     facts = HeaderFacts("nrrd", grid, remarks)
-    return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
+    return open_voxels(facts, voxels, spec.colour, progress, most_bytes_after=layout.most_bytes_after)
 
 
 def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
@@ -354,7 +352,7 @@ def _voxels(path: Path, fields: Fields, end_bytes: int, layout: VolumeLayout, co
                 "VP1100", path=path, error=SafeText("its byte order (endian) is not given as little or big")
             )
         number = number.newbyteorder("<" if order == "little" else ">")
-    dtype = number if colours is None else colour_type(path, number, colours)
+    dtype = voxel_type(path, number, colours)
     file, start = path, end_bytes
     if "data file" in fields:
         if re.search(r"%\d*d", fields["data file"]):

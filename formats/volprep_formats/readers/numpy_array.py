@@ -18,11 +18,11 @@ from numpy.lib import format as npy
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
-from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
+from volprep_formats.readers.colour_voxels import open_voxels, voxel_type
 from volprep_formats.readers.time_axis import TimeAxis
 from volprep_formats.readers.unpacking import ForwardStream
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import ArrayLayout, SourceSpec
 
@@ -38,14 +38,13 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
     Raises VolprepError VP1003, VP1005, VP1008, VP1281 to VP1284, VP1290.
     """
-    layout, colour = spec.array or ArrayLayout(), spec.colour
+    layout = spec.array or ArrayLayout()
     array = _array(spec, path)
     voxels = array.volume(path, chosen_volume(path, array.shape_zyx, array.volumes, spec.volume))
     remarks = () if spec.array is not None else ("the array has no spacing; 1 mm along each axis is assumed",)
     facts = HeaderFacts("npy", Grid.of(voxels.shape_zyx, layout.spacing_mm_zyx), remarks)
-    if colour is not None:
-        return ColourVoxels(facts, voxels, colour)
-    return source_of(facts, voxels, progress, most_bytes_after=None if array.volumes > 1 else 0)
+    most_bytes_after = None if array.volumes > 1 else 0
+    return open_voxels(facts, voxels, spec.colour, progress, most_bytes_after=most_bytes_after)
 
 
 def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
@@ -103,7 +102,7 @@ def _header(path: Path, file: IO[bytes], spec: SourceSpec) -> _Array:
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
         raise VolprepError("VP1282", path=path, what=f"values of type {dtype.name}")
     if in_colour and len(shape) == 4:
-        dtype, shape = colour_type(path, dtype, shape[3]), shape[:3]
+        dtype, shape = voxel_type(path, dtype, shape[3]), shape[:3]
     elif in_colour:
         raise VolprepError("VP1290", path=path, problem=f"its array has {len(shape)} axes, not z, y, x and colours")
     volumes, shape = (shape[0], shape[1:]) if spec.volume is not None and len(shape) == 4 else (1, shape)

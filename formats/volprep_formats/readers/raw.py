@@ -1,15 +1,16 @@
 """Headerless raw voxels, described by the scene: one file, plain or gzipped, or a folder with a file for each slice."""
 
+from contextlib import closing
 from functools import partial
 from math import prod
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers.pictures.names import in_order
 from volprep_formats.readers.unpacking import ForwardStream, joined
@@ -17,20 +18,14 @@ from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
 from volprep_formats.source import RawLayout, SourceInfo, SourceSpec
 
 
-class RawSource:
+class RawSource(OpenedSource):
     """Raw voxels, read slab by slab."""
 
     def __init__(self, layout: RawLayout, voxels: VoxelFile) -> None:
+        grid = Grid.of(layout.shape_zyx, layout.spacing_mm_zyx)
+        super().__init__(SourceInfo(format="raw", grid=grid, stored_type=layout.dtype), closing(voxels))
         self._layout = layout
         self._voxels = voxels
-        self._info = SourceInfo(
-            format="raw", grid=Grid.of(layout.shape_zyx, layout.spacing_mm_zyx), stored_type=layout.dtype
-        )
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type, from the scene."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Voxels of slices z0 to z1 - 1 as [z, y, x].
@@ -45,14 +40,6 @@ class RawSource:
         if z1 == self._layout.shape_zyx[0] and not self._voxels.at_end():
             raise self._size_error()
         return slab
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the file."""
-        self._voxels.close()
 
     def _size_error(self) -> VolprepError:
         # A malicious stream may unpack without end; beyond twice the size, the exact number is of no use.

@@ -5,12 +5,12 @@ from collections.abc import Generator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.package.channel_packages import channel_packages
 from volprep_formats.package.level_texels import StoredTexels, level_texels, stored_texels
 from volprep_formats.package.manifest import FileRecord, Manifest
@@ -24,25 +24,16 @@ from volprep_formats.readers.voxel_source import VoxelSource
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 
 
-class LevelSource:
+class LevelSource(OpenedSource):
     """Stored values of a level. Half floats, which hold code / largest code, come as float32."""
 
     def __init__(self, info: SourceInfo, slices: NDArray[np.generic] | StoredTexels) -> None:
-        self._info = info
+        super().__init__(info)
         self._slices = slices
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry of the level, and what maps its stored values to physical ones."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
         return self._slices[z0:z1].astype(self._info.stored_type)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
 
     def __exit__(self, *exception: object) -> None:
         """Let go of the texture."""
@@ -135,11 +126,7 @@ def _channel(path: Path, channel: str | int | None) -> tuple[Package, FileRecord
 
 def _held_levels(manifest: Manifest) -> set[int]:
     """Levels that have textures of values."""
-    return {
-        item.level
-        for item in manifest.textures
-        if (item.role, item.transfer) == ("volume", None) and item.level is not None
-    }
+    return {each.level for each in manifest.held("volume") if each.transfer is None and each.level is not None}
 
 
 def _working_volume(package: Package, work: FileRecord) -> VolumeSource:

@@ -1,15 +1,17 @@
 """A source of voxels stored contiguously in a file, whatever the header format."""
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import Grid
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers.voxel_file import VoxelFile
 from volprep_formats.source import ROUNDED, SourceInfo, StoredType
@@ -21,21 +23,16 @@ _LEAST_STEPS = 256
 """Steps between the least and the greatest value; with fewer, rounding costs more than a package of 8 bits."""
 
 
-class VoxelSource:
+class VoxelSource(OpenedSource):
     """One volume, read slab by slab.
 
     `most_bytes_after` is how much may follow it in a packed stream; if None, anything.
     """
 
     def __init__(self, info: SourceInfo, voxels: VoxelFile, *, most_bytes_after: int | None = 0) -> None:
-        self._info = info
+        super().__init__(info, closing(voxels))
         self._voxels = voxels
         self._most_bytes_after = most_bytes_after
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x].
@@ -58,14 +55,6 @@ class VoxelSource:
             if actual > self._voxels.end_bytes + self._most_bytes_after:
                 raise size_error(self._voxels, actual)
         return slab
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the file."""
-        self._voxels.close()
 
 
 @dataclass(frozen=True)

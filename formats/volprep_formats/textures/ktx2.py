@@ -187,10 +187,7 @@ def _places(layout: _Layout, shape_zyx: Shape, levels: int, end: int) -> list[tu
 
 
 def encode_levels(
-    texture_format: Ktx2Format,
-    shape_zyx: Shape,
-    dimensions: Dimensions,
-    levels: Sequence[Iterable[bytes | memoryview]],
+    texture_format: Ktx2Format, shape_zyx: Shape, dimensions: Dimensions, levels: Sequence[Iterable[bytes | memoryview]]
 ) -> Iterator[bytes | memoryview]:
     """Return a file in pieces from the pieces of each level's texels, the finest level first."""
     layout = _LAYOUTS[texture_format]

@@ -20,13 +20,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.source import VolumeSource
 from volprep_formats.untrusted_json import parse_json
 from volprep_formats.writers.label_image import LabelImage
-from volprep_formats.writers.ngff import (
-    ChannelLook,
-    WrittenLevel,
-    image_attributes,
-    is_export,
-    label_attributes,
-)
+from volprep_formats.writers.ngff import ChannelLook, WrittenLevel, image_attributes, is_export, label_attributes
 from volprep_formats.writers.values import PhysicalValues, StoredValues
 
 _SLAB_BYTES = 2**26

@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterator, Sequence
 from itertools import count
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from volprep_formats.package.parts.segments.texels import held_labels
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import source_name
 from volprep_formats.package.transfer_function import TransferFunction
-from volprep_formats.readers.volpkg import open_levels
+from volprep_formats.readers.volpkg import LevelSource, open_levels
 from volprep_formats.source import SourceInfo, StoredType, VolumeSource
 from volprep_formats.writers.label_image import LabelImage, WrittenLabel, WrittenSegment
 from volprep_formats.writers.ngff import function_colour
@@ -61,30 +60,13 @@ def labels_of_level(path: Path, level: int | None, channel: str | None) -> tuple
         raise VolprepError("VP1330", path=path)
     for _, source in found[-1].levels:
         return found[-1], source
-    held = sorted(
-        {each.level for each in package.manifest.textures if each.role == "labels" and each.level is not None}
-    )
+    held = sorted({each.level for each in package.manifest.held("labels") if each.level is not None})
     raise VolprepError("VP1250", path=path, level=level, found=", ".join(map(str, held)) or "none")
 
 
-class _Labels:
-    """Labels of one level, in memory."""
-
-    def __init__(self, grid: Grid, values: NDArray[np.generic], stored_type: StoredType) -> None:
-        self._values = values
-        self.info = SourceInfo(format="volpkg", grid=grid, stored_type=stored_type)
-
-    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Labels of slices z0 to z1 - 1 as [z, y, x]."""
-        return self._values[z0:z1]
-
-    def __enter__(self) -> Self:
-        """Return the labels."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Let go of the labels."""
-        self._values = np.empty((0, 0, 0))
+def _labels(grid: Grid, values: NDArray[np.generic], stored_type: StoredType) -> LevelSource:
+    """Return the labels of one level as a source."""
+    return LevelSource(SourceInfo(format="volpkg", grid=grid, stored_type=stored_type), values)
 
 
 def _stored_type(numbers: Sequence[int]) -> StoredType | None:
@@ -99,9 +81,7 @@ def _stored_type(numbers: Sequence[int]) -> StoredType | None:
 
 def _is_label_map(manifest: Manifest) -> bool:
     """Whether a channel holds labels: they alone are sampled nearest."""
-    return any(
-        (each.role, each.filter) == ("volume", "nearest") and each.transfer is None for each in manifest.textures
-    )
+    return any(each.filter == "nearest" and each.transfer is None for each in manifest.held("volume"))
 
 
 def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
@@ -115,7 +95,7 @@ def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> 
     def levels() -> Iterator[tuple[int, VolumeSource]]:
         for number, (source,) in open_levels(path, level, name).levels:
             codes = source.read_slab(0, source.info.grid.shape_zyx[0]).astype(np.int64)
-            yield number, _Labels(source.info.grid, values[codes].astype(written), written)
+            yield number, _labels(source.info.grid, values[codes].astype(written), written)
 
     functions = manifest.channels[0].transfer_functions
     entries = [] if not functions else list(_entries_of(functions[0], told, values))
@@ -140,13 +120,13 @@ def _segments(package: Package, segments: Segments, level: int | None) -> LabelI
     manifest = package.manifest
     values = _values_of(segments)
     stored_type: StoredType = _stored_type(values) or "uint16"
-    held = {each.level for each in manifest.textures if each.role == "labels"}
+    held = {each.level for each in manifest.held("labels")}
     chosen = [each for each in manifest.levels if each.index in held and level in {None, each.index}]
 
     def levels() -> Iterator[tuple[int, VolumeSource]]:
         for each in chosen:
             codes = held_labels(manifest.textures, each.index, package.read_bytes)
-            yield each.index, _Labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
+            yield each.index, _labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
 
     places = {segment.name: place for place, segment in enumerate(segments.segments)}
     functions = {each.name: each for each in manifest.transfer_functions}

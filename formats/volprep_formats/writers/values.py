@@ -1,19 +1,19 @@
 """Values that a volume is written with: stored values without slope, intercept and unit, or physical values."""
 
-from typing import Self
-
 import numpy as np
 from numpy.typing import NDArray
 
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.source import SourceInfo, VolumeSource
 
 _PLAIN: dict[str, object] = {"slope": 1.0, "intercept": 0.0}
 
 
-class StoredValues:
+class StoredValues(OpenedSource):
     """Stored values alone: slope 1, intercept 0, no unit."""
 
     def __init__(self, source: VolumeSource) -> None:
+        super().__init__(source.info, source)
         self._source = source
 
     @property
@@ -24,14 +24,6 @@ class StoredValues:
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]."""
         return self._source.read_slab(z0, z1)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the source."""
-        self._source.__exit__(*exception)
 
 
 class PhysicalValues(StoredValues):

@@ -93,12 +93,7 @@ class Draft:
         )
 
     def write(
-        self,
-        path: str,
-        role: FileRole,
-        data: bytes | Iterable[bytes | memoryview],
-        *,
-        needed_bytes: int | None = None,
+        self, path: str, role: FileRole, data: bytes | Iterable[bytes | memoryview], *, needed_bytes: int | None = None
     ) -> FileRecord:
         """Write the file `path` of the package, for example "textures/volume.ktx2"; return its size and digest.
 

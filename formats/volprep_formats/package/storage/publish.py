@@ -7,13 +7,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.output import exchange, output_errors, rename_new, sync_all, sync_folder
 from volprep_formats.package.manifest_json import read_manifest
 from volprep_formats.package.storage.draft import recover
-from volprep_formats.package.storage.files import (
-    MANIFEST,
-    MANIFEST_IN_MAKING,
-    names_in,
-    path_inside,
-    remove_empty,
-)
+from volprep_formats.package.storage.files import MANIFEST, MANIFEST_IN_MAKING, names_in, path_inside, remove_empty
 
 
 def publish(partial: Path, target: Path) -> None:

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.isolation import WorkerRequest
-from volprep_formats.readers.dicom.codecs import (
-    DECODERS,
-    JPEG,
-    JPEG_2000,
-    JPEG_LS,
-    NAMES,
-    RLE,
-)
+from volprep_formats.readers.dicom.codecs import DECODERS, JPEG, JPEG_2000, JPEG_LS, NAMES, RLE
 from volprep_formats.readers.dicom.codestreams import MOST_TILES, Coding, Declared, declared, jpeg_transform
 from volprep_formats.readers.dicom.colours import picture_of
 from volprep_formats.readers.dicom.header import EncodedPixels

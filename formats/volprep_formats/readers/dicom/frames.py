@@ -17,15 +17,7 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.readers.dicom.data_set import elements_of, sequence
 from volprep_formats.readers.dicom.dose import dose_slices
 from volprep_formats.readers.dicom.element import PixelElement
-from volprep_formats.readers.dicom.fields import (
-    CLOCKS,
-    TAGS,
-    VARIANTS,
-    Elements,
-    Fields,
-    raw_text,
-    variant_text,
-)
+from volprep_formats.readers.dicom.fields import CLOCKS, TAGS, VARIANTS, Elements, Fields, raw_text, variant_text
 from volprep_formats.readers.dicom.header import EncodedPixels, SliceImage, pixel_spacing, unit_of
 from volprep_formats.readers.dicom.nuclear import nuclear_slices
 from volprep_formats.readers.dicom.pixels import picture_bytes

@@ -12,12 +12,7 @@ from pathlib import Path
 
 from volprep_formats import _dicom
 from volprep_formats.readers.dicom.codecs import DECODERS, EXPLICIT, IMPLICIT
-from volprep_formats.readers.dicom.element import (
-    UNDEFINED_LENGTH,
-    PixelElement,
-    native_element,
-    pixel_element,
-)
+from volprep_formats.readers.dicom.element import UNDEFINED_LENGTH, PixelElement, native_element, pixel_element
 from volprep_formats.readers.dicom.fields import PRIVATE_TAGS, TAGS, Elements, raw_text
 
 _KEPT = (*TAGS.values(), *PRIVATE_TAGS)

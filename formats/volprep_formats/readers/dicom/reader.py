@@ -8,7 +8,6 @@ turned round (lowest + highest - v over the stored bits), so that large is brigh
 import os
 from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import SafeText, VolprepError
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import colour_remarks, of_colour
 from volprep_formats.readers.dicom import frame_times
@@ -70,16 +70,15 @@ class _Slice:
         return unchanged and self.table is None and is_as_stored(self.pixels, dtype)
 
 
-class DicomSource:
+class DicomSource(OpenedSource):
     """One series, decoded slab by slab."""
 
     def __init__(self, info: SourceInfo, slices: Sequence[_Slice]) -> None:
-        self._info = info
+        super().__init__(info)
         self._slices = tuple(slices)
         self._cores = os.cpu_count() or 1
         self._pool: ThreadPoolExecutor | None = None
         self._workers: Workers | None = None
-        self._exit = ExitStack()
         self._above = Event()
 
     @property
@@ -121,7 +120,7 @@ class DicomSource:
             place(picture, decoded)
 
         native = [picture for picture in pictures if not is_compressed(picture)]
-        self._pool = self._pool or self._exit.enter_context(ThreadPoolExecutor(self._cores))
+        self._pool = self._pool or self._opened.enter_context(ThreadPoolExecutor(self._cores))
         # A task for each core, not for each slice: to hand one over takes as long as to read a small slice.
         for _ in self._pool.map(read_part, range(self._cores)):
             pass
@@ -132,19 +131,15 @@ class DicomSource:
             from volprep_formats.isolation import workers  # noqa: PLC0415 - seldom needed
             from volprep_formats.readers.dicom.compressed import decode_request  # noqa: PLC0415 - heavy
 
-            self._workers = self._workers or self._exit.enter_context(workers())
+            self._workers = self._workers or self._opened.enter_context(workers())
             requests = [decode_request(picture) for picture in compressed]
             self._workers.run(requests, lambda index, decoded: place(compressed[index], decoded))
         return slab
 
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
     def __exit__(self, *exception: object) -> None:
         """Stop the threads, and the workers unless they have other users. Files are not open between slabs."""
         self._pool = self._workers = None
-        self._exit.close()
+        super().__exit__(*exception)
 
 
 class UnevenDicomSource:

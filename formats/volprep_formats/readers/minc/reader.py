@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from math import prod
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.installation import how_to_add
 from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.minc.file import HDF5, MincFacts, MincFile, MincSlab, facts_of, read_slab
@@ -65,18 +65,12 @@ class _File:
         return self.pool.result_of(request)
 
 
-class MincSource:
+class MincSource(OpenedSource):
     """One volume of a MINC file, which a worker process holds open."""
 
     def __init__(self, info: SourceInfo, slices: "_Slices", opened: ExitStack) -> None:
-        self._info = info
+        super().__init__(info, opened)
         self._slices = slices
-        self._opened = opened
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry and type."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x]. Raises VolprepError VP1304 or VP1270 to VP1273."""
@@ -95,14 +89,6 @@ class MincSource:
         step = max(1, _SLAB_VOXELS // prod(self._info.grid.shape_zyx[1:]))
         for start in range(z0, z1, step):
             yield start, self._slices.read(start, min(start + step, z1))
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Let the worker go."""
-        self._opened.close()
 
 
 @dataclass(frozen=True)

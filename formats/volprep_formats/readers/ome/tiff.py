@@ -28,14 +28,7 @@ from volprep_formats.readers.ome.metadata import (
     planes_of,
     sizes_of,
 )
-from volprep_formats.readers.ome.pages import (
-    Pages,
-    TiffPage,
-    decode_request,
-    description_in,
-    pages_of,
-    pages_request,
-)
+from volprep_formats.readers.ome.pages import Pages, TiffPage, decode_request, description_in, pages_of, pages_request
 from volprep_formats.readers.pictures.file import pages_at_once
 from volprep_formats.readers.time_axis import TimeAxis, seconds_per
 from volprep_formats.readers.voxel_source import stored_type_of

@@ -19,7 +19,7 @@ from volprep_formats.installation import require_extra
 from volprep_formats.isolation import WorkerRequest, Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
-from volprep_formats.readers.colour_voxels import colour_type
+from volprep_formats.readers.colour_voxels import voxel_type
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of
 from volprep_formats.readers.ome.ngff import NgffImage, ResolutionLevel, picture_of, series_of
@@ -339,7 +339,7 @@ def _colours_of(path: Path, picture: NgffImage, facts: ArrayFacts, wanted: Colou
     Raises VP1290 where there are not 3 or 4, or where they are shown in other colours.
     """
     count = len(_channels(path, picture, facts))
-    colour_type(path, np.dtype(facts.dtype), count)
+    voxel_type(path, np.dtype(facts.dtype), count)
     shown_in = picture.shown_in[:3]
     if not any(shown_in):
         return _Colours(path, wanted, (0, 1, 2), has_alpha=count == 4)

@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import Lines, VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.isolation import Function, WorkerRequest, Workers, workers
+from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour import channel_of_colours, colour_remarks, of_colour
@@ -80,20 +81,14 @@ class _Worker:
         return json.loads(self.run(function, argument, _LARGEST_LISTING).tobytes())
 
 
-class VdbSource:
+class VdbSource(OpenedSource):
     """One grid of an OpenVDB file, whose tree a worker process holds."""
 
-    def __init__(self, info: SourceInfo, worker: _Worker, tree: TreeRequest, first_xyz: Xyz, opened: ExitStack) -> None:
-        self._info = info
+    def __init__(self, info: SourceInfo, worker: _Worker, tree: TreeRequest, first_xyz: Xyz) -> None:
+        super().__init__(info)
         self._worker = worker
         self._tree = tree
         self._first_xyz = first_xyz
-        self._opened = opened
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Return slices z0 to z1 - 1 as [z, y, x], inactive voxels included.
@@ -121,45 +116,24 @@ class VdbSource:
 
     def keep(self, opened: ExitStack) -> None:
         """Take resources that are closed with the source."""
-        self._opened = opened
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Let the worker go."""
-        self._opened.close()
+        self._opened.push(opened)
 
 
-class VdbColours:
+class VdbColours(OpenedSource):
     """One channel of a grid of colours, which are linear light."""
 
     def __init__(self, source: VdbSource, path: Path, wanted: ColourChannel) -> None:
         """Read the first slice. Raises what `read_slab` raises."""
+        remarks = (*source.info.remarks, *colour_remarks(wanted, has_alpha=False, is_linear=True))
+        super().__init__(of_colour(source.info.model_copy(update={"remarks": remarks})), source)
         self._source = source
         self._path = path
         self._wanted = wanted
-        remarks = (*source.info.remarks, *colour_remarks(wanted, has_alpha=False, is_linear=True))
-        self._info = of_colour(source.info.model_copy(update={"remarks": remarks}))
         self.read_slab(0, 1)
-
-    @property
-    def info(self) -> SourceInfo:
-        """Geometry."""
-        return self._info
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Return slices z0 to z1 - 1 as [z, y, x]. Raises VP1200, VP1270 to VP1273 and VP1290."""
         return channel_of_colours(self._path, self._wanted, self._source.read_vectors(z0, z1), None)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Let the worker go."""
-        self._source.__exit__(*exception)
 
 
 def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource | VdbColours:
@@ -186,7 +160,7 @@ def open_volume(spec: SourceSpec, path: Path, _progress: Progress) -> VdbSource 
             level_set=entries[index].grid_class == _LEVEL_SET,
             remarks=_remarks(entries[index], facts, len(entries)),
         )
-        source = VdbSource(info, worker, tree, first_xyz, opened)
+        source = VdbSource(info, worker, tree, first_xyz)
         found = source if spec.colour is None else VdbColours(source, path, spec.colour)
         source.keep(opened.pop_all())
         return found

@@ -16,12 +16,12 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
+from volprep_formats.readers.colour_voxels import open_voxels, voxel_type
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.unpacking import ForwardStream, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
-from volprep_formats.readers.vtk.vti import UNPLACED
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared
+from volprep_formats.readers.vtk.vti import UNPLACED, colours_of
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
 
@@ -75,13 +75,9 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
         raise VolprepError("VP2021", path=path, which="field SPACING")
     grid = grid_from_affine(path, "field SPACING or ORIGIN", shape_zyx, np.diag(spacing), np.array(origin))
     facts = HeaderFacts("vtk", grid, (UNPLACED,))
-    components = _components(path, lines)
-    if spec.colour is not None:
-        voxels = _voxels(path, lines, data_bytes, shape_zyx, components, is_text=is_text)
-        return ColourVoxels(facts, voxels, spec.colour, most_bytes_after=None)
-    if components != 1:
-        raise VolprepError("VP1141", path=path, problem=f"{components} components at each point")
-    return source_of(facts, _voxels(path, lines, data_bytes, shape_zyx, is_text=is_text), progress)
+    colours = colours_of(path, spec, _components(path, lines))
+    voxels = _voxels(path, lines, data_bytes, shape_zyx, colours, is_text=is_text)
+    return open_voxels(facts, voxels, spec.colour, progress)
 
 
 def _header(path: Path) -> tuple[bool, Lines, int]:
@@ -162,17 +158,11 @@ def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
 
 
 def _voxels(
-    path: Path,
-    lines: Lines,
-    data_bytes: int,
-    shape_zyx: tuple[int, int, int],
-    colours: int | None = None,
-    *,
-    is_text: bool,
+    path: Path, lines: Lines, data_bytes: int, shape_zyx: tuple[int, int, int], colours: int | None, *, is_text: bool
 ) -> VoxelFile:
     """Voxels of `colours` components each, or of one, from byte `data_bytes`; other arrays may follow them."""
     number = _dtype(path, lines, is_text=is_text)
-    dtype = number if colours is None else colour_type(path, number, colours)
+    dtype = voxel_type(path, number, colours)
     count, size = prod(shape_zyx) * (colours or 1), path.stat().st_size
     if not is_text:
         check_declared(path, count * number.itemsize, data_bytes, 0, size)

@@ -21,12 +21,12 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
-from volprep_formats.readers.colour_voxels import ColourVoxels, colour_type
+from volprep_formats.readers.colour_voxels import open_voxels, voxel_type
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE
 from volprep_formats.readers.unpacking import ForwardStream, inflate, most_text_bytes, numbers_from_text
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, VoxelFile
-from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, source_of
+from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared
 from volprep_formats.readers.vtk.vti_xml import Array, Attributes, Document, parse_image
 from volprep_formats.regular_files import open_regular, open_unbuffered
 from volprep_formats.source import SourceSpec
@@ -52,13 +52,17 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     document = parse_image(path)
     grid = _grid(path, document)
     array = _scalars(path, document)
-    components = _components(path, array)
     facts = HeaderFacts("vti", grid, (UNPLACED,))
-    if spec.colour is not None:
-        return ColourVoxels(facts, _voxels(path, document, array, grid.shape_zyx, components), spec.colour)
-    if components != 1:
+    colours = colours_of(path, spec, _components(path, array))
+    voxels = _voxels(path, document, array, grid.shape_zyx, colours)
+    return open_voxels(facts, voxels, spec.colour, progress)
+
+
+def colours_of(path: Path, spec: SourceSpec, components: int) -> int | None:
+    """Return the number of components if colours are wanted; None for numbers, which have one, or VP1141 is raised."""
+    if spec.colour is None and components != 1:
         raise VolprepError("VP1141", path=path, problem=f"{components} components at each point")
-    return source_of(facts, _voxels(path, document, array, grid.shape_zyx), progress)
+    return None if spec.colour is None else components
 
 
 def _grid(path: Path, document: Document) -> Grid:
@@ -120,7 +124,7 @@ def _components(path: Path, array: Array) -> int:
 
 
 def _voxels(
-    path: Path, document: Document, array: Array, shape_zyx: tuple[int, int, int], colours: int | None = None
+    path: Path, document: Document, array: Array, shape_zyx: tuple[int, int, int], colours: int | None
 ) -> VoxelFile:
     """Voxels of an array, of `colours` components each, or of one.
 
@@ -132,7 +136,7 @@ def _voxels(
         problem = f"type {kind[:40]!r} and byte order {document.root.get('byte_order', '')[:40]!r}"
         raise VolprepError("VP1142", path=path, what=problem)
     number = np.dtype(("=" if array.attributes.get("format") == "ascii" else order) + _TYPES[kind])
-    dtype = number if colours is None else colour_type(path, number, colours)
+    dtype = voxel_type(path, number, colours)
     voxel_bytes = prod(shape_zyx) * dtype.itemsize
     form = array.attributes.get("format", "")
     if form == "ascii":
