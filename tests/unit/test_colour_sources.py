@@ -48,9 +48,9 @@ def started_workers() -> Iterator[None]:
         yield
 
 
-def refusal(path: Path, opacity_of: str = "luminance") -> VolprepError:
+def refusal(path: Path, opacity_of: str = "luminance", **more: Any) -> VolprepError:
     with pytest.raises(VolprepError) as error:
-        colours(path, opacity_of)
+        colours(path, opacity_of, **more)
     return error.value
 
 
@@ -282,6 +282,13 @@ def test_colours_along_a_slow_axis_of_nrrd_and_other_spaces_of_colour_are_refuse
         (tmp_path / "v.nrrd").write_bytes("\n".join([*lines, "", ""]).encode() + bytes(24))
         error = refusal(tmp_path / "v.nrrd")
         assert (error.code, "fastest axis" in str(error)) == ("VP1290", True)
+
+
+def test_one_of_several_volumes_of_numbers_has_no_colours(tmp_path: Path) -> None:
+    lines = ["NDims = 4", "DimSize = 2 2 2 2", "ElementType = MET_UCHAR", "ElementDataFile = LOCAL", ""]
+    (tmp_path / "v.mha").write_bytes("\n".join(lines).encode() + bytes(16))
+    error = refusal(tmp_path / "v.mha", volume=1)
+    assert (error.code, "numbers of type uint8" in str(error)) == ("VP1290", True)
 
 
 def test_dicom_without_colours_that_are_read_is_refused(tmp_path: Path) -> None:
