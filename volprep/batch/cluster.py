@@ -56,11 +56,7 @@ class Local:
 
     def run(self, tasks: Iterable[Task]) -> Iterator[TaskResult]:
         """Do tasks; yield each result as soon as it is available. Raises VP4020 and the errors of `work`."""
-        with (
-            dask.config.set(_SETTINGS),
-            self._cluster() as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
+        with dask.config.set(_SETTINGS), self._cluster() as cluster, Client(cluster, set_as_default=False) as client:
             _tell_dashboard(client, self._dashboard)
             client.register_plugin(_LeaveInterruptsToParent())
             yield from _run(client, tasks)

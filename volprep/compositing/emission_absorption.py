@@ -21,11 +21,7 @@ from volprep_formats.package.texture import SampleFilter
 
 
 def _rays(
-    columns: Float64Array,
-    spacing_mm: Spacing,
-    table: Table,
-    between: SampleFilter,
-    light: Float64Array | None = None,
+    columns: Float64Array, spacing_mm: Spacing, table: Table, between: SampleFilter, light: Float64Array | None = None
 ) -> Float64Array:
     """Return the light of rays; `light` is the brightness of each sample, where each voxel is one."""
     count = columns.shape[1]

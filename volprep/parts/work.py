@@ -97,12 +97,7 @@ def is_current(name: str, key: str, manifest: Manifest) -> bool:
 
 
 def _level(plan: "ChannelPlan", level: "LevelPlan", made_by: Literal["none"] | LevelFilter) -> Level:
-    return Level(
-        index=level.index,
-        factors_zyx=level.factors_zyx,
-        grid=grid_of_level(plan, level),
-        filter=made_by,
-    )
+    return Level(index=level.index, factors_zyx=level.factors_zyx, grid=grid_of_level(plan, level), filter=made_by)
 
 
 def grid_of_level(plan: "ChannelPlan", level: "LevelPlan") -> Grid:

@@ -36,11 +36,7 @@ from volprep_formats.package.program import RaySampling
 from volprep_formats.source import ChannelSpec, SourceInfo
 
 _PREVIEW = PlanItem(
-    name="preview",
-    kind=PREVIEW_KIND,
-    kept=True,
-    reason="a thumbnail for people who browse packages",
-    files=(PREVIEW,),
+    name="preview", kind=PREVIEW_KIND, kept=True, reason="a thumbnail for people who browse packages", files=(PREVIEW,)
 )
 
 

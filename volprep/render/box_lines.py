@@ -35,10 +35,7 @@ def box_lines(box_from_clip: Float64Array, extent_mm_xyz: Float64Array) -> BoxLi
 
 
 def mark_lines(
-    box_from_clip: Float64Array,
-    low_mm_xyz: Float64Array,
-    high_mm_xyz: Float64Array,
-    colour: tuple[float, float, float],
+    box_from_clip: Float64Array, low_mm_xyz: Float64Array, high_mm_xyz: Float64Array, colour: tuple[float, float, float]
 ) -> BoxLines:
     """Return the edges of a part of the volume: edges that face the viewer are drawn on top, others behind."""
     moved = np.eye(4)

@@ -44,11 +44,7 @@ from volprep_formats.package.texture import Texture
 
 _TARGETS: dict[TargetFormat, tuple[int, int, tuple[str, ...]]] = {
     "rgba8": (GLES3.GL_RGBA, GLES3.GL_UNSIGNED_BYTE, ()),
-    "rgba16f": (
-        GLES3.GL_RGBA16F,
-        GLES3.GL_HALF_FLOAT,
-        ("GL_EXT_color_buffer_float", "GL_EXT_color_buffer_half_float"),
-    ),
+    "rgba16f": (GLES3.GL_RGBA16F, GLES3.GL_HALF_FLOAT, ("GL_EXT_color_buffer_float", "GL_EXT_color_buffer_half_float")),
     "rgba32f": (GLES3.GL_RGBA32F, GLES3.GL_FLOAT, ("GL_EXT_color_buffer_float",)),
 }
 
@@ -170,12 +166,7 @@ class Gl(GlObjects):
             yield handle
 
     def draw_corners(
-        self,
-        program: LinkedProgram,
-        bindings: Bindings,
-        target: PictureTarget,
-        buffer: int,
-        corners: Corners,
+        self, program: LinkedProgram, bindings: Bindings, target: PictureTarget, buffer: int, corners: Corners
     ) -> None:
         """Draw triangles or lines into `target`, in their order, after filling it with nothing if they are to."""
         with self._checked(f"drawing into {target.shape_hw[1]}×{target.shape_hw[0]}"):

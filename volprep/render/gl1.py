@@ -209,11 +209,7 @@ class Gl1(GlObjects):
             GLES1.glDrawArrays(GLES1.GL_TRIANGLE_STRIP, 0, 4)
 
     def draw(
-        self,
-        texture: int,
-        positions: Float32Array,
-        coordinates: Float32Array,
-        triangles: NDArray[np.uint16],
+        self, texture: int, positions: Float32Array, coordinates: Float32Array, triangles: NDArray[np.uint16]
     ) -> None:
         """Draw triangles, in order, of positions [n, 3] in box millimetres and texture coordinates [n, 2]."""
         with self._checked("drawing slices"):

@@ -102,13 +102,7 @@ def begin(target: PictureTarget) -> None:
     """Draw into a target from now on, with nothing switched on that a picture may have left."""
     GLES3.glBindFramebuffer(GLES3.GL_FRAMEBUFFER, target.handle)
     GLES3.glViewport(0, 0, target.shape_hw[1], target.shape_hw[0])
-    for state in (
-        GLES3.GL_BLEND,
-        GLES3.GL_DITHER,
-        GLES3.GL_DEPTH_TEST,
-        GLES3.GL_CULL_FACE,
-        GLES3.GL_SCISSOR_TEST,
-    ):
+    for state in (GLES3.GL_BLEND, GLES3.GL_DITHER, GLES3.GL_DEPTH_TEST, GLES3.GL_CULL_FACE, GLES3.GL_SCISSOR_TEST):
         GLES3.glDisable(state)
     GLES3.glDepthMask(True)
     GLES3.glDepthRangef(0.0, 1.0)

@@ -27,10 +27,7 @@ _SHAPE_HW = (1, PIXELS)
 MOST_FILTER_STEPS = 4095
 """Number of steps that the probe distinguishes."""
 _FILTERED = Capability(format="r8unorm", dimension="2d", filter="linear")
-_SHADERS = {
-    "2d": ("probe_vertex.glsl", "probe_2d.glsl"),
-    "3d": ("probe_vertex3d.glsl", "probe_3d.glsl"),
-}
+_SHADERS = {"2d": ("probe_vertex.glsl", "probe_2d.glsl"), "3d": ("probe_vertex3d.glsl", "probe_3d.glsl")}
 _Draw = Callable[[ProbeTexture], Float32Array]
 
 

@@ -32,12 +32,7 @@ class ProxyRenderer(Renderer):
     """
 
     def __init__(
-        self,
-        package: Package,
-        *,
-        level: int | None = None,
-        transfer: str | None = None,
-        target: TargetFormat = "rgba8",
+        self, package: Package, *, level: int | None = None, transfer: str | None = None, target: TargetFormat = "rgba8"
     ) -> None:
         """Choose what to draw, as `Renderer` does. Also raises VP5018 if the package has no mesh for it."""
         super().__init__(package, level=level, transfer=transfer, target=target)

@@ -103,10 +103,7 @@ class Renderer:
             self._overlay = None
             self._sorters: dict[str, LinkedProgram] = {}
             self._handles = {
-                name: (
-                    texture.dimension,
-                    stack.enter_context(self._gl.texture(texture, *self._read_texture(texture))),
-                )
+                name: (texture.dimension, stack.enter_context(self._gl.texture(texture, *self._read_texture(texture))))
                 for name, texture in zip(self._program.samplers, self._textures, strict=True)
             }
             self._triangle = stack.enter_context(self._gl.triangle())

@@ -206,11 +206,7 @@ class SliceRenderer:
         return self._gl.read(self._draw(box_from_clip, shape_hw, background, white=white), shape_hw)
 
     def time_ms(
-        self,
-        box_from_clip: Float64Array,
-        shape_hw: tuple[int, int],
-        repeats: int = 5,
-        clock: Clock = time.perf_counter,
+        self, box_from_clip: Float64Array, shape_hw: tuple[int, int], repeats: int = 5, clock: Clock = time.perf_counter
     ) -> float:
         """Median of the milliseconds that drawing takes, over `repeats` pictures after one that is not counted.
 

@@ -19,13 +19,7 @@ from volprep_formats.grid import Grid
 from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_slices, open_source
-from volprep_formats.source import (
-    GapRepair,
-    SourceSpec,
-    TiltRepair,
-    UnevenSource,
-    VolumeSource,
-)
+from volprep_formats.source import GapRepair, SourceSpec, TiltRepair, UnevenSource, VolumeSource
 
 _MOST_GROWTH = 4
 """A repair that makes more than this many times the slices, rows or columns invents more than it reads."""

@@ -103,12 +103,7 @@ def with_first_look(
 
 
 def _look(  # noqa: PLR0917 - of one caller
-    scene: Scene,
-    profile: DeviceProfile,
-    info: SourceInfo,
-    statistics: Statistics,
-    sample: Float64Array,
-    faces: Faces,
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, sample: Float64Array, faces: Faces
 ) -> FirstLook:
     if scene.source.labels:
         return FirstLook("labels", _with_labels(scene, profile, info, statistics))
@@ -393,9 +388,7 @@ def _signed(info: SourceInfo, statistics: Statistics) -> SceneTransfer:
     dense_per_mm = _dense_per_mm(info)
     points = (
         ScenePoint(
-            value=statistics.minimum,
-            colour="#2f6fde",
-            extinction_per_mm=dense_per_mm * -statistics.minimum / farthest,
+            value=statistics.minimum, colour="#2f6fde", extinction_per_mm=dense_per_mm * -statistics.minimum / farthest
         ),
         ScenePoint(value=0.0, colour="#2f6fde", extinction_per_mm=0.0),
         ScenePoint(value=0.0, colour="#d8432f", extinction_per_mm=0.0),

@@ -29,13 +29,7 @@ _SECTION = re.compile(r"^//#section (\w+)\n", re.MULTILINE)
 _EACH = re.compile(r"^ *//#each (\w+)\n(.*?)^ *//#end\n", re.MULTILINE | re.DOTALL)
 _SLOT = re.compile(r"^( *)//#part (\w+)\n", re.MULTILINE)
 _HEADS: dict[Dialect, str] = {"es100": "#version 100\n", "es300": "#version 300 es\n", "es310": "#version 310 es\n"}
-_ES300 = {
-    "ATTRIBUTE": "in",
-    "VARYING_IN": "in",
-    "VARYING_OUT": "out",
-    "TEXTURE_2D": "texture",
-    "PICTURE": "picture",
-}
+_ES300 = {"ATTRIBUTE": "in", "VARYING_IN": "in", "VARYING_OUT": "out", "TEXTURE_2D": "texture", "PICTURE": "picture"}
 _KEYWORDS: dict[Dialect, dict[str, str]] = {
     "es100": {
         "ATTRIBUTE": "attribute",

@@ -28,10 +28,7 @@ def ray_casting(wanted: TechniqueInput) -> Walk:
         slots={**samples.slots, **rays.slots},
         words={**samples.words, **rays.words},
         offers=rays.offers,
-        uniforms=(
-            Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
-            *samples.uniforms,
-        ),
+        uniforms=(Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"), *samples.uniforms),
     )
     return Walk(
         vertex_shader(from_where, wanted.dialect),

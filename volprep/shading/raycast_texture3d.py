@@ -64,10 +64,7 @@ def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequenc
     ]
     return replace(
         apart,
-        slots={
-            "sampling": (Instance("sampling/grids"), *places, *textures[1:]),
-            "classification_start": tuple(begun),
-        },
+        slots={"sampling": (Instance("sampling/grids"), *places, *textures[1:]), "classification_start": tuple(begun)},
         uniforms=tuple(uniforms),
         offers={"POSITION_PER_MM": "vec3(1.0)"},
     )

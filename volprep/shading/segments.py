@@ -43,13 +43,7 @@ from volprep.shading.mosaic import Mosaic
 from volprep.shading.raycast import BACKWARDS
 from volprep.shading.walk import Walk
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.parts.segments.record import (
-    HIDDEN_BELOW,
-    OF_ONE_VALUE,
-    SAME,
-    Segments,
-    table_shape,
-)
+from volprep_formats.package.parts.segments.record import HIDDEN_BELOW, OF_ONE_VALUE, SAME, Segments, table_shape
 from volprep_formats.package.parts.segments.texels import FLAG_BITS
 from volprep_formats.package.parts.subvolumes.record import SubvolumeGrid
 from volprep_formats.package.program import ProgramDesign, RaySampling, Sampler
@@ -90,11 +84,7 @@ def drawn_with_segments(
         samplers += [replaced(each, transfer) for each in own.samplers]
     is_lit = program.lighting != "none"
     labels = _labels(manifest, segments, program) if pieces is None else _labels_of(pieces, manifest.profile.dialect)
-    words = {
-        **labels.words,
-        "FLAG": literal(2 ** FLAG_BITS[segments.wide]),
-        "ENTRY": _entry(len(segments.labels)),
-    }
+    words = {**labels.words, "FLAG": literal(2 ** FLAG_BITS[segments.wide]), "ENTRY": _entry(len(segments.labels))}
     slots: dict[str, Slot] = {
         "channels": tuple(classify),
         "labels": f"{_PART}:labels",

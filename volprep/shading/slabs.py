@@ -40,11 +40,7 @@ def slabs(wanted: TechniqueInput) -> Walk:
     feature = Feature(
         slots=slots,
         words=words,
-        offers={
-            "FIRST": first,
-            "FIRST_FRONT": f"start + stride * ({first} - 0.5)",
-            "LAST": "last",
-        },
+        offers={"FIRST": first, "FIRST_FRONT": f"start + stride * ({first} - 0.5)", "LAST": "last"},
         uniforms=(
             Uniform(name="u_box_from_clip", type="mat4x4f", source="box_from_clip"),
             Uniform(name="u_step_mm", type="f32", source="step_mm"),

@@ -12,11 +12,7 @@ class Twin(Protocol):
     """The picture that a technique should give with this step, in float64."""
 
     def __call__(
-        self,
-        medium: Medium,
-        box_from_clip: Float64Array,
-        shape_hw: tuple[int, int],
-        step_mm: float,
+        self, medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
     ) -> Float64Array:
         """Draw one volume as [H, W, 4]."""
 

@@ -137,9 +137,5 @@ class CurvesReport(Record):
 
 def plotted_cost(point: CurvePoint, cost: Cost) -> float:
     """Return the cost of a variant, in the unit of its name."""
-    costs = {
-        "milliseconds": point.wall.median,
-        "bytes": point.upload_bytes / 1e6,
-        "seconds": point.build_seconds,
-    }
+    costs = {"milliseconds": point.wall.median, "bytes": point.upload_bytes / 1e6, "seconds": point.build_seconds}
     return costs[cost]

@@ -184,12 +184,7 @@ def _renderer(package: Package, level: int, transfer: str, edit: Edit | None) ->
 
 
 def _shot(  # noqa: PLR0917 - a picture, its truth, and its description
-    renderer: Renderer,
-    picture: Float32Array,
-    drawn: Float32Array,
-    truth: OraclePicture,
-    shown: str,
-    pixel_mm: float,
+    renderer: Renderer, picture: Float32Array, drawn: Float32Array, truth: OraclePicture, shown: str, pixel_mm: float
 ) -> WalkShot:
     difference = drawn.astype(np.float64) - truth.rgba
     return WalkShot(

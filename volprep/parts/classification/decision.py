@@ -400,11 +400,7 @@ def _lookup(function: TransferFunction, entries: int, profile: DeviceProfile, st
     largest_per_mm = min(max(point.extinction_per_mm for point in function.points), opaque_per_mm(step_mm))
     texel_format = lookup_format(profile) if largest_per_mm <= LARGEST_HALF else "rgba8unorm"
     return LookupPlan(
-        transfer=function.name,
-        name=name,
-        file=f"textures/{name}.ktx2",
-        format=texel_format,
-        entries=entries,
+        transfer=function.name, name=name, file=f"textures/{name}.ktx2", format=texel_format, entries=entries
     )
 
 

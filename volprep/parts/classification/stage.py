@@ -126,10 +126,7 @@ def _editing(draft: Draft, plan: ChannelPlan, wanted: EditingPlan) -> Editing:
 
 
 def _texture(
-    draft: Draft,
-    planned: LookupPlan | PreintegratedPlan,
-    table: MediumTexels,
-    level: int | None = None,
+    draft: Draft, planned: LookupPlan | PreintegratedPlan, table: MediumTexels, level: int | None = None
 ) -> Texture:
     is_integral = isinstance(planned, PreintegratedPlan)
     depth, height, width, _ = table.texels.shape

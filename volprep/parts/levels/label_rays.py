@@ -42,11 +42,7 @@ class LabelLooks:
         )
 
     def border_slopes(
-        self,
-        spacing_mm_zyx: tuple[float, float, float],
-        tables: Sequence[Table],
-        values: Float64Array,
-        per_mm: float,
+        self, spacing_mm_zyx: tuple[float, float, float], tables: Sequence[Table], values: Float64Array, per_mm: float
     ) -> BorderSlopes:
         """Return a function that finds the slope of borders at samples [xyz, sample].
 

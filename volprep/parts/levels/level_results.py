@@ -29,9 +29,7 @@ def settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanI
 
 
 def _settled(
-    item: PlanItem,
-    common: dict[tuple[str, str, str], bool],
-    previews: dict[tuple[str, int], str],
+    item: PlanItem, common: dict[tuple[str, str, str], bool], previews: dict[tuple[str, int], str]
 ) -> PlanItem:
     """Complete one item. `common` says which common tables were written, `previews` why a level is a preview."""
     if item.channel is None:

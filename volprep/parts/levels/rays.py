@@ -212,12 +212,7 @@ def sample_sets(
 
 
 def _sample_nearest(  # noqa: PLR0917 - as the kernel of the other filter takes them
-    slab: NDArray[np.generic],
-    z0: int,
-    depth: int,
-    lines: RaySegments,
-    offsets: NDArray[np.int64],
-    values: Float32Array,
+    slab: NDArray[np.generic], z0: int, depth: int, lines: RaySegments, offsets: NDArray[np.int64], values: Float32Array
 ) -> None:
     """Write the codes of the voxels that samples lie in, of those whose voxel is in the slab, without its last slice.
 

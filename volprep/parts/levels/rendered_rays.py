@@ -135,14 +135,7 @@ class SeenLevels:
         soft_per_mm = SOFT_SLOPE / min(self._scan.grid.spacing_mm_zyx)
         halved_zyx = halved_axes(factors)
         light = headlight(
-            volume,
-            spacing_mm_zyx,
-            self._lines,
-            samples,
-            wanted,
-            soft_per_mm,
-            drawn.between,
-            halved_zyx=halved_zyx,
+            volume, spacing_mm_zyx, self._lines, samples, wanted, soft_per_mm, drawn.between, halved_zyx=halved_zyx
         )
         return samples, light
 

@@ -215,11 +215,7 @@ def _budget(coarser: Sequence[LevelPlan], candidates: Candidates) -> RefineBudge
     return THOROUGH if any(level.refine == "thorough" for level in coarser) else AUTO
 
 
-def _lit_levels(
-    scan: LevelInput,
-    plan: ChannelPlan,
-    coarser: Sequence[LevelPlan],
-) -> LitLevels | None:
+def _lit_levels(scan: LevelInput, plan: ChannelPlan, coarser: Sequence[LevelPlan]) -> LitLevels | None:
     """Return what refines levels through lit rays; None if no level is, or light does not come from its own voxels."""
     drawing = _drawing(plan)
     is_followed = drawing.lit and drawing.central and drawing.compositing in LAID_OVER

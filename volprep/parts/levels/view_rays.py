@@ -140,14 +140,7 @@ def sampled(  # noqa: PLR0917 - where, what, and how fine
         if labelled is not None and lit.shown.tables:
             borders = labelled.border_slopes(spacing_mm_zyx, lit.shown.tables, values, lit.border_per_mm)
         shown = headlight(
-            codes,
-            spacing_mm_zyx,
-            lines,
-            samples,
-            wanted,
-            lit.soft_per_mm,
-            halved_zyx=lit.halved_zyx,
-            borders=borders,
+            codes, spacing_mm_zyx, lines, samples, wanted, lit.soft_per_mm, halved_zyx=lit.halved_zyx, borders=borders
         )
     looks = None if labelled is None else labelled.along(spacing_mm_zyx, lines, np.diff(samples.offsets))
     views = 1 + max(group.view for group in groups)

@@ -48,11 +48,7 @@ def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFo
     texel = _FORMATS[settings.code][settings.magnitude]
     if texel not in profile.texture_formats:
         raise VolprepError(
-            "VP3050",
-            profile=profile.name,
-            coded=settings.code,
-            needed=texel,
-            known=", ".join(profile.texture_formats),
+            "VP3050", profile=profile.name, coded=settings.code, needed=texel, known=", ".join(profile.texture_formats)
         )
     return texel
 

@@ -37,13 +37,7 @@ from volprep_formats.textures import ktx2
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    return (
-        *present(plan.part(SkipPlan)),
-        plan.grid,
-        *plan.levels,
-        *plan.volumes,
-        *plan.tables,
-    )
+    return (*present(plan.part(SkipPlan)), plan.grid, *plan.levels, *plan.volumes, *plan.tables)
 
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:

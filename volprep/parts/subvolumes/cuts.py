@@ -7,13 +7,7 @@ voxels. A remainder makes a smaller last piece, so that no voxel is lost.
 from collections.abc import Iterator
 from itertools import product
 
-from volprep_formats.package.parts.subvolumes.record import (
-    Cuts,
-    GridPoint,
-    Move,
-    PointKind,
-    spans_of,
-)
+from volprep_formats.package.parts.subvolumes.record import Cuts, GridPoint, Move, PointKind, spans_of
 
 
 def cuts_along(voxels: int, size: int, *, even: bool = False, ghost: int = 0) -> Cuts:

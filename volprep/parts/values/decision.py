@@ -188,11 +188,7 @@ class _Trials:
 
 
 def choose_values(
-    scene: Scene,
-    profile: DeviceProfile,
-    info: SourceInfo,
-    measured: Measured,
-    functions: tuple[TransferFunction, ...],
+    scene: Scene, profile: DeviceProfile, info: SourceInfo, measured: Measured, functions: tuple[TransferFunction, ...]
 ) -> ValueChoice:
     """Choose bits, window and length of the lookup tables.
 

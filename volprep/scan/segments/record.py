@@ -98,10 +98,7 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
             code=None
             if each.code is None
             else FoundCode(
-                scheme=each.code.scheme,
-                value=each.code.value,
-                meaning=each.code.meaning,
-                public=each.code.is_public,
+                scheme=each.code.scheme, value=each.code.value, meaning=each.code.meaning, public=each.code.is_public
             ),
             colour=each.colour or (srgb_of(known[each.number].colour) if each.number in known else None),
             volume_ml=volume_ml,

@@ -200,11 +200,7 @@ def _with_box(view: OtherView, box: _Box | None) -> OtherView:
 
 
 def _least_kept(
-    bench: Bench,
-    chosen: Renderer,
-    views: Sequence[OtherView],
-    pictures: Mapping[str, Picture],
-    viewed: ViewedProgram,
+    bench: Bench, chosen: Renderer, views: Sequence[OtherView], pictures: Mapping[str, Picture], viewed: ViewedProgram
 ) -> KeptLight | None:
     """Write the place that keeps the least light in large pictures, which show more thin things than small ones."""
     full = {view.view: view.full for view in views if view.full is not None}

@@ -18,14 +18,7 @@ from volprep.validation.comparison.views import (
     draw_differences,
     measure_views,
 )
-from volprep.validation.results.measurements import (
-    Breakdown,
-    Convergence,
-    LevelFloor,
-    ProgramResult,
-    Sweep,
-    SweepPoint,
-)
+from volprep.validation.results.measurements import Breakdown, Convergence, LevelFloor, ProgramResult, Sweep, SweepPoint
 from volprep.validation.subjects.subject import as_sparse, errors
 from volprep.validation.timing.rays import chords_mm, samples
 from volprep.validation.timing.sweep import SWEEP_VIEW

@@ -332,10 +332,7 @@ class Subject:
         return matrix, (every(height, self._apart), every(width, self._apart))
 
     def _pictured(
-        self,
-        media: Sequence[Medium],
-        box_from_clip: Float64Array,
-        shape_hw: tuple[int, int],
+        self, media: Sequence[Medium], box_from_clip: Float64Array, shape_hw: tuple[int, int]
     ) -> OraclePicture:
         drawn = [
             replace(

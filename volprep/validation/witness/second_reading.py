@@ -169,11 +169,7 @@ def _table(
 
 
 def _normals(
-    package: Path,
-    texture: Json,
-    channel: Json,
-    scan: WitnessedScan,
-    shown: WitnessedMedium | None,
+    package: Path, texture: Json, channel: Json, scan: WitnessedScan, shown: WitnessedMedium | None
 ) -> Iterator[WitnessCheck]:
     """Compare normals of a scan, or of the extinction of labels that are `shown`."""
     grid, (low, high) = channel["levels"][0]["grid"], channel["quantization"]["window"]
