@@ -5,10 +5,11 @@ from zlib import crc32
 
 import numpy as np
 import pytest
+from brick_loss_twin import brick_loss
 from brick_scene import ON_DEMAND, TRANSFER, voxels
 from scene_builds import built, planned, view_of, write_raw_scene
 
-from volprep.parts.on_demand.loss import CodeLook, brick_loss
+from volprep.parts.on_demand.loss import CodeLook
 from volprep.pipeline.shot import Shot, draw
 from volprep.render.on_demand.bricks import BrickFile
 from volprep.render.on_demand.choice import ChosenBricks, choose, held_of, in_order
@@ -210,7 +211,7 @@ def test_a_brick_arrives_as_it_was(texel, dtype):
 
 
 def test_the_loss_of_a_brick_is_that_of_its_columns():
-    """A slow twin, sample by sample."""
+    """The twin of the kernel, sample by sample."""
     rng = np.random.default_rng(4)
     points = [(0.0, (0.1, 0.5, 0.2), 0.0), (255.0, (1.0, 0.3, 0.6), 0.8)]
     function = TransferFunction(

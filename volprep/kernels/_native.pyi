@@ -80,6 +80,60 @@ def box_reduce(src: NDArray[generic], dst: NDArray[generic], factors_zyx: Sequen
         Voxels that become one, along each axis; at least 1, with a product of at most 2^31.
     """
 
+def brick_losses(
+    voxels: NDArray[generic],
+    inner_zyx: Sequence[int],
+    size: int,
+    ghost: int,
+    coarse: NDArray[generic] | None,
+    places_z: NDArray[float32],
+    places_y: NDArray[float32],
+    places_x: NDArray[float32],
+    slabs: NDArray[float32],
+    per_code: float,
+    outside: float,
+    spacing_mm_zyx: Sequence[float],
+    soft_per_mm: float,
+    numbers: NDArray[float64],
+    threads: int = 0,
+) -> None:
+    """Write what a picture loses where each brick of a row is drawn from the next coarser level.
+
+    The numbers of a brick: its loss with pixels as wide as 1, 2, 4 and 8 voxels; the mean opacity of its columns along
+    x, y and z; the part of them in which something is seen. Opacity and cover are the least of all looks.
+
+    Parameters
+    ----------
+    voxels
+        uint8 or uint16 [z, y, x]: codes of a row of bricks, with `ghost` layers on each side.
+    inner_zyx
+        Voxels of the level among them, without layers around: at most `size` along z and y.
+    size, ghost
+        Voxels along an edge of a brick; layers around it.
+    coarse
+        Codes of the next coarser level around the row, of the same type; None for the coarsest level.
+    places_z, places_y, places_x
+        Places of the inner voxels, and of one more on each side, in voxels of `coarse`.
+    slabs
+        [look, axis, 2, entry, RGBA]: premultiplied light and opacity of a voxel along z, y and x, and of one in the
+        layer around a brick.
+    per_code
+        Entries from one code to the next.
+    outside
+        Weight of a column in the layer around a brick.
+    spacing_mm_zyx
+        Distance of voxels.
+    soft_per_mm
+        Slope in codes below which a place is hardly a surface; 0 for samples that are not lit.
+    numbers
+        float64 [brick, 8].
+
+    Raises
+    ------
+    ValueError
+        If a size does not fit.
+    """
+
 def column_light(
     columns: NDArray[float64],
     spacings_mm: NDArray[float64],

@@ -15,44 +15,61 @@ Voxels = NDArray[np.generic]
 
 
 @dataclass(frozen=True)
-class Brick:
-    """A brick of a level."""
+class BrickRow:
+    """Bricks of a level that follow each other along x."""
 
-    texels: Voxels
-    """Its voxels and the voxels of its neighbours, [z, y, x]; beyond the level the outer ones are repeated."""
-    around: Voxels
-    """Those of its voxels that the level has, with one layer more on each side: rays between the outermost voxels and
-    the face see half of it."""
-    coarse: Float32Array | None
-    """The next level at the places of `around`; None for the coarsest level."""
+    voxels: Voxels
+    """Their voxels [z, y, x] with `ghost` layers of their neighbours on each side; beyond the level the outer voxels
+    are repeated."""
+    inner_zyx: Triple
+    """Number of the level's voxels among them, without those layers."""
+    size: int
+    """Voxels along an edge of a brick."""
+    ghost: int
+    """Layers of neighbours' voxels on each side of a brick."""
+    coarse: Voxels | None
+    """Rows of the next coarser level around them [z, y, x]; None for the coarsest level."""
+    places_zyx: tuple[Float32Array, Float32Array, Float32Array]
+    """Places of the level's voxels and of one more on each side, in voxels of `coarse`, along each axis."""
+
+    @property
+    def count(self) -> int:
+        """Number of bricks."""
+        return -(-self.inner_zyx[2] // self.size)
+
+    @property
+    def bricks(self) -> Iterator[Voxels]:
+        """The voxels of each brick."""
+        for number in range(self.count):
+            begin = number * self.size
+            yield self.voxels[:, :, begin : begin + self.size + 2 * self.ghost]
 
 
-def bricks_of(
+def rows_of_bricks(
     level: RawVolume, coarser: RawVolume | None, factors_zyx: Triple, size: int, ghost: int
-) -> Iterator[Brick]:
-    """Yield the bricks of a level, x first, then y, then z.
+) -> Iterator[BrickRow]:
+    """Yield the rows of bricks of a level, y first, then z.
 
-    A row of bricks is read at a time. `factors_zyx` are the factors from this level to the next, `ghost` the layers of
-    neighbours' voxels on each side of a brick.
+    `factors_zyx` are the factors from this level to the next, `ghost` the layers of neighbours' voxels around a brick.
     """
-    nz, ny, nx = level.shape_zyx
-    for z, y in product(range(0, nz, size), range(0, ny, size)):
-        row = _rows(level, np.arange(z - ghost, z + size + ghost), np.arange(y - ghost, y + size + ghost))
-        inner_z, inner_y = min(size, nz - z), min(size, ny - y)
-        between = None
+    depth, height, width = level.shape_zyx
+    columns = np.arange(-ghost, -(-width // size) * size + ghost)
+    for z, y in product(range(0, depth, size), range(0, height, size)):
+        inner_zyx = min(size, depth - z), min(size, height - y), width
+        coarse, places = None, (np.empty(0, np.float32),) * 3
         if coarser is not None:
-            ranges = ((z - 1, z + inner_z + 1, nz), (y - 1, y + inner_y + 1, ny), (0, nx, nx))
-            places = tuple(np.clip(np.arange(first, end), 0, n - 1) for first, end, n in ranges)
-            between = _between(coarser, places, factors_zyx)
-        for x in range(0, nx, size):
-            held = np.clip(np.arange(x - ghost, x + size + ghost), 0, nx - 1)
-            texels = row[:, :, held]
-            first, end = ghost - 1, ghost + min(size, nx - x) + 1
-            yield Brick(
-                texels=texels,
-                around=texels[first : first + inner_z + 2, first : first + inner_y + 2, first:end],
-                coarse=None if between is None else between[:, :, held[first:end]],
+            begins = zip((z, y, 0), inner_zyx, factors_zyx, level.shape_zyx, coarser.shape_zyx, strict=True)
+            found = [_places(*each) for each in begins]
+            rows = [slice(int(at[0]), min(int(at[-1]) + 2, n)) for at, n in zip(found, coarser.shape_zyx, strict=True)]
+            coarse = coarser.read_rows(rows[0], rows[1])
+            firsts = (rows[0].start, rows[1].start, 0)
+            z_places, y_places, x_places = (
+                (at - first).astype(np.float32) for at, first in zip(found, firsts, strict=True)
             )
+            places = (z_places, y_places, x_places)
+        voxels = _rows(level, np.arange(z - ghost, z + size + ghost), np.arange(y - ghost, y + size + ghost))
+        held = np.take(voxels, np.clip(columns, 0, width - 1), axis=2)
+        yield BrickRow(held, inner_zyx, size, ghost, coarse, places)
 
 
 def _rows(volume: RawVolume, z: NDArray[np.intp], y: NDArray[np.intp]) -> Voxels:
@@ -63,20 +80,7 @@ def _rows(volume: RawVolume, z: NDArray[np.intp], y: NDArray[np.intp]) -> Voxels
     return found
 
 
-def _between(coarser: RawVolume, places: tuple[NDArray[np.intp], ...], factors_zyx: Triple) -> Float32Array:
-    """Return the trilinear field of a coarser level at the centres of voxels."""
-    low, weights = [], []
-    for at, factor, n in zip(places, factors_zyx, coarser.shape_zyx, strict=True):
-        position = np.clip((at + 0.5) / factor - 0.5, 0, n - 1)
-        low.append(np.floor(position).astype(np.intp))
-        weights.append((position - low[-1]).astype(np.float32))
-    ends = [np.minimum(each[-1] + 1, n - 1) for each, n in zip(low, coarser.shape_zyx, strict=True)]
-    field = coarser.read_rows(slice(int(low[0][0]), int(ends[0]) + 1), slice(int(low[1][0]), int(ends[1]) + 1)).astype(
-        np.float32
-    )
-    for axis, (at, weight) in enumerate(zip(low, weights, strict=True)):
-        first = at - (at[0] if axis < 2 else 0)
-        second = np.minimum(first + 1, field.shape[axis] - 1)
-        share = weight.reshape([-1 if k == axis else 1 for k in range(3)])
-        field = np.take(field, first, axis) * (1 - share) + np.take(field, second, axis) * share
-    return field
+def _places(begin: int, inner: int, factor: int, n: int, coarser: int) -> NDArray[np.float64]:
+    """Return the places in a coarser level of so many voxels along an axis and of one more on each side."""
+    at = np.clip(np.arange(begin - 1, begin + inner + 1), 0, n - 1)
+    return np.clip((at + 0.5) / factor - 0.5, 0, coarser - 1)

@@ -10,8 +10,8 @@ import numpy as np
 from volprep.compositing import COMPOSITINGS
 from volprep.parts.levels.appearance import Looks
 from volprep.parts.levels.fitted import fitted_slabs
-from volprep.parts.on_demand.levels import Brick, bricks_of
-from volprep.parts.on_demand.loss import CodeLook, brick_loss
+from volprep.parts.on_demand.levels import Voxels, rows_of_bricks
+from volprep.parts.on_demand.loss import BrickLosses, CodeLook
 from volprep.parts.stage import Stage, Work, any_channel, required
 from volprep.parts.texels import texels_of
 from volprep.parts.work import codes_of_source
@@ -19,6 +19,7 @@ from volprep.plan.products import OnDemandPlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import RawVolume
 from volprep.transfer.lookup import lookup_table
+from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.normals.record import SOFT_SLOPE
@@ -58,6 +59,9 @@ def _bricks(
     shown = [visible(Table.exact(each)) for each in plan.transfer_functions]
     window = plan.quantize.window
     seen = Looks([lookup_table(each, window, _ENTRIES) for each in plan.transfer_functions], source, spacing)
+    lit = wanted.programs[0].lighting != "none"
+    # Codes in place of normalised stored values.
+    soft_per_mm = SOFT_SLOPE / min(spacing) * (2**plan.quantize.bits - 1) if lit else None
     coarser, before = None, wanted.factors_zyx[-1]
     with TemporaryDirectory(dir=draft.folder) as folder:
         for number, factors in reversed([*enumerate(wanted.factors_zyx)]):
@@ -65,11 +69,12 @@ def _bricks(
                 source, wanted.shape_zyx(number, source.shape_zyx), factors, seen, Path(folder) / str(number)
             )
             z, y, x = (f * h for f, h in zip(factors, spacing, strict=True))
+            losses = BrickLosses(looks, (z, y, x), soft_per_mm)
             steps = tuple(c // f for c, f in zip(before, factors, strict=True))
-            for brick in bricks_of(level, coarser, (steps[0], steps[1], steps[2]), wanted.size, wanted.ghost):
-                record, data = _stored(plan, wanted, brick, (z, y, x), looks, shown)
-                records.append(record)
-                yield data
+            for row in rows_of_bricks(level, coarser, (steps[0], steps[1], steps[2]), wanted.size, wanted.ghost):
+                stored = [_stored(plan, wanted, brick, shown) for brick in row.bricks]
+                records.append(_records(stored, losses.of_row(row)))
+                yield from (data for data, _, _ in stored)
             coarser, before = level, factors
             progress.advance()
 
@@ -90,29 +95,24 @@ def _level(
     return level
 
 
-def _stored(  # noqa: PLR0917 - a brick, and all that its record is about
-    plan: ChannelPlan,
-    wanted: OnDemandPlan,
-    brick: Brick,
-    spacing_mm_zyx: tuple[float, float, float],
-    looks: Sequence[CodeLook],
-    shown: Sequence[Table],
-) -> tuple[Records, bytes]:
-    low, high = int(brick.texels.min()), int(brick.texels.max())
-    data = b"" if _is_empty(plan, shown, low, high) else encode_brick(texels_of(brick.texels, wanted.format))
-    lit = wanted.programs[0].lighting != "none"
-    # Codes in place of normalised stored values.
-    soft_per_mm = SOFT_SLOPE / min(plan.grid.spacing_mm_zyx) * (2**plan.quantize.bits - 1) if lit else None
-    found = brick_loss(brick.around.astype(np.float32), brick.coarse, spacing_mm_zyx, looks, soft_per_mm)
-    record = np.zeros(1, RECORD)
-    record["size_bytes"], record["crc32"] = len(data), zlib.crc32(data)
-    record["low"], record["high"] = low, high
+def _stored(plan: ChannelPlan, wanted: OnDemandPlan, texels: Voxels, shown: Sequence[Table]) -> tuple[bytes, int, int]:
+    """Return the bytes of a brick, and its least and greatest code."""
+    low, high = int(texels.min()), int(texels.max())
+    return b"" if _is_empty(plan, shown, low, high) else encode_brick(texels_of(texels, wanted.format)), low, high
+
+
+def _records(stored: Sequence[tuple[bytes, int, int]], numbers: Float64Array) -> Records:
+    """Return the records of a row of bricks."""
+    records = np.zeros(len(stored), RECORD)
+    records["size_bytes"] = [len(data) for data, _, _ in stored]
+    records["crc32"] = [zlib.crc32(data) for data, _, _ in stored]
+    records["low"], records["high"] = ([found[at] for found in stored] for at in (1, 2))
     # Rounded up: a bound must not shrink on its way into the file.
-    loss = found.loss.astype(np.float16)
-    record["loss"] = np.where(loss < found.loss, np.nextafter(loss, np.float16(np.inf)), loss)
-    record["opacity_xyz"] = np.floor(found.opacity_xyz * 255)
-    record["cover"] = np.floor(found.cover * 255)
-    return record, data
+    loss = numbers[:, :-4].astype(np.float16)
+    records["loss"] = np.where(loss < numbers[:, :-4], np.nextafter(loss, np.float16(np.inf)), loss)
+    records["opacity_xyz"] = np.floor(numbers[:, -4:-1] * 255)
+    records["cover"] = np.floor(numbers[:, -1] * 255)
+    return records
 
 
 def _is_empty(plan: ChannelPlan, shown: Sequence[Table], low: int, high: int) -> bool:
