@@ -60,9 +60,11 @@ Grid = Annotated[
 ]
 
 OnDemand = Annotated[
-    bool,
+    bool | None,
     typer.Option(
-        "--on-demand", help="Also write all levels in bricks that an app fetches as its view needs them, for any size."
+        help="Whether also to write all levels in bricks that an app fetches as its view needs them. If not given, the "
+        "scene decides, or else the plan: if the profile cannot hold the whole scan.",
+        show_default=False,
     ),
 ]
 
@@ -78,7 +80,7 @@ def build(
     source: Source = None,
     *,
     grid: Grid = None,
-    on_demand: OnDemand = False,
+    on_demand: OnDemand = None,
     force: Force = False,
     timing: Times = False,
     choices: Choices,
@@ -101,8 +103,8 @@ def build(
     request = choices.of(request_of(scene, profile, source))
     if grid is not None:
         request = request.with_grid(grid)
-    if on_demand:
-        request = request.with_on_demand()
+    if on_demand is not None:
+        request = request.with_on_demand(wanted=on_demand)
     replaced = check_replaced(request, output, force=force)
     with progress() as watcher:
         timed = Timing(watcher)

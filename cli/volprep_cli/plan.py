@@ -68,7 +68,7 @@ def plan(
     source: Source = None,
     *,
     grid: Grid = None,
-    on_demand: OnDemand = False,
+    on_demand: OnDemand = None,
     device: Device = None,
     devices: Devices = None,
     frame_ms: FrameMs = None,
@@ -106,8 +106,8 @@ def plan(
         return
     if grid is not None:
         request = request.with_grid(grid)
-    if on_demand:
-        request = request.with_on_demand()
+    if on_demand is not None:
+        request = request.with_on_demand(wanted=on_demand)
     with progress() as watcher:
         decided = plan_build(request, watcher, None if device is None or record is None else (device, record))
     frame = None if record is None else choose_for_frame(record, frame_ms, size)

@@ -1,5 +1,7 @@
 """BrickFile on demand: all of them are level 0, some of them are as near as they say, and a damaged one is named."""
 
+import math
+import re
 import shutil
 from zlib import crc32
 
@@ -11,6 +13,7 @@ from scene_builds import built, planned, view_of, write_raw_scene
 
 from volprep.parts.on_demand.loss import CodeLook
 from volprep.pipeline.shot import Shot, draw
+from volprep.plan.products import OnDemandPlan
 from volprep.render.on_demand.bricks import BrickFile
 from volprep.render.on_demand.choice import ChosenBricks, choose, held_of, in_order
 from volprep.render.on_demand.inputs import edit_of, from_bricks
@@ -182,6 +185,48 @@ def test_devices_without_3d_textures_are_refused(tmp_path, profile):
     with pytest.raises(VolprepError, match=profile) as raised:
         planned(scene)
     assert raised.value.code == "VP3034"
+
+
+SMALL_MEMORY = '[textures]\nmemory_bytes = 30_000\n[on_demand]\nsize = 6\nuse = "{use}"\n'
+
+
+def item_of(plan):
+    """The item of the plan about bricks on demand, or None."""
+    return next((item for item in plan.items if item.kind == "on-demand"), None)
+
+
+def test_a_scan_that_does_not_fit_is_in_bricks(tmp_path):
+    plan = planned(write_raw_scene(tmp_path, voxels(), TRANSFER + SMALL_MEMORY.format(use="auto")))
+    found = plan.channels[0].part(OnDemandPlan)
+    assert found is not None
+    assert [level.index for level in plan.channels[0].levels] == [1, 2]
+    item = item_of(plan)
+    assert item.kept
+    assert item.reason.startswith("the whole scan does not fit: 47730 bytes")
+    # Levels that the package holds whole have the rest of the memory.
+    assert found.places * found.brick_bytes <= 15_000
+    assert all(math.prod(volume.shape_zyx) <= 15_000 for volume in plan.channels[0].volumes)
+
+
+@pytest.mark.parametrize(
+    ("use", "tables", "reason"),
+    [
+        ("never", "", "wants none"),
+        ("auto", '[render]\ncompositing = "maximum"\n', "compositing maximum"),
+        ("auto", "[grid]\nsize = 8\n", r"\[grid\]"),
+        ("auto", "[proxy]\n", r"\[proxy\]"),
+    ],
+)
+def test_the_plan_says_why_a_scan_that_does_not_fit_is_not_in_bricks(tmp_path, use, tables, reason):
+    plan = planned(write_raw_scene(tmp_path, voxels(), TRANSFER + SMALL_MEMORY.format(use=use) + tables))
+    assert plan.channels[0].part(OnDemandPlan) is None
+    item = item_of(plan)
+    assert not item.kept
+    assert re.search(reason, item.reason)
+
+
+def test_a_scan_that_fits_is_not_in_bricks(tmp_path):
+    assert item_of(planned(write_raw_scene(tmp_path, voxels(), TRANSFER))) is None
 
 
 LAYOUT = OnDemand(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.sample_report import level_drawing, report_of, seen
+from tests.support.sample_report import VIEWS, level_drawing, report_of, seen
 from volprep.report.verdict_words import unsound_levels, verdict_lines
 from volprep.validation.results.seen import KeptStyle, LostThings
 from volprep.validation.verdicts.outcomes import (
@@ -12,7 +12,7 @@ from volprep.validation.verdicts.outcomes import (
     LostStructures,
     level_outcomes,
 )
-from volprep.validation.verdicts.verdict import Verdict
+from volprep.validation.verdicts.verdict import Verdict, judge
 from volprep_cli.main import command_line
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 from volprep_formats.package.manifest import Tolerance
@@ -54,6 +54,32 @@ def test_the_last_lines_name_what_a_level_has_lost(lost, words) -> None:
     level = outcome(**lost)
     assert told(level)[0] == f"level 0 within; {words}; usable to 60 pixels"
     assert unsound_levels(Verdict.model_construct(levels=(level,))) == (f"{words}; usable to 60 pixels" if lost else "")
+
+
+@pytest.mark.parametrize(
+    ("bound", "passed", "words"),
+    [
+        (0.0, True, "level 0 from bricks within"),
+        (0.03, True, "level 0 from bricks within, and within 0.03 more for bricks that the device has no room for"),
+        (0.03, False, "level 0 from bricks beyond in 1 of 1 views"),
+    ],
+)
+def test_a_picture_from_bricks_is_judged_in_place_of_the_level_that_is_held_whole(bound, passed, words) -> None:
+    report = report_of((0.5,) * len(VIEWS))
+    numbers = seen(0.01, flip=0.02, kept=0.9)
+    held, fewer = (
+        level_drawing(0, numbers, passed=each).model_copy(update={"bound": stated, "sizes": (), "item": "bricks"})
+        for stated, each in ((bound, passed), (0.4, True))
+    )
+    program = report.programs[0].model_copy(update={"level": 1, "others": (held, fewer), "empty_space": None})
+    verdict = judge([program], Tolerance())
+    assert verdict_lines(verdict)[0] == words
+    assert verdict.code == ("within" if passed else "part-beyond")
+    assert verdict.failed == 0
+    assert verdict.worst_rmse == 0.01
+    assert verdict.worst_data_rmse is None
+    # A level 0 that the package holds whole is the one that counts.
+    assert judge([program.model_copy(update={"level": 0})], Tolerance()).code == "beyond"
 
 
 def test_a_level_that_is_right_at_no_size_and_views_beyond_are_told() -> None:

@@ -39,9 +39,12 @@ def _of_levels(verdict: Verdict) -> Iterator[str]:
 
 
 def _of_finest(finest: FinestOutcome) -> str:
-    if not finest.beyond:
-        return f"level {finest.level} within"
-    return f"level {finest.level} beyond in {finest.beyond} of {finest.views} views"
+    drawn = f"level {finest.level}" if finest.bound is None else "level 0 from bricks"
+    if finest.beyond:
+        return f"{drawn} beyond in {finest.beyond} of {finest.views} views"
+    if not finest.bound:
+        return f"{drawn} within"
+    return f"{drawn} within, and within {finest.bound:.2g} more for bricks that the device has no room for"
 
 
 def _seen_from(view: str) -> str:

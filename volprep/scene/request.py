@@ -69,10 +69,11 @@ class Request:
         grid = (self.scene.grid or GridSettings()).model_copy(update={"size": size})
         return replace(self, scene=self.scene.model_copy(update={"grid": grid}))
 
-    def with_on_demand(self) -> Self:
-        """Return the same request with bricks on demand, of the scene's size if it has one."""
-        wanted = self.scene.on_demand or OnDemandSettings()
-        return replace(self, scene=self.scene.model_copy(update={"on_demand": wanted}))
+    def with_on_demand(self, *, wanted: bool) -> Self:
+        """Return the same request with or without bricks on demand, of the scene's size if it has one."""
+        use = OnDemandSettings(use="always" if wanted else "never").use
+        settings = (self.scene.on_demand or OnDemandSettings()).model_copy(update={"use": use})
+        return replace(self, scene=self.scene.model_copy(update={"on_demand": settings}))
 
     def with_source(self, **changes: object) -> Self:
         """Return the same request with some fields of its source replaced. Raises VP1243 for a list of channels."""

@@ -288,6 +288,9 @@ class BrickSettings(Record):
 class OnDemandSettings(Record):
     """All levels in bricks. An app fetches and holds the bricks that a view needs: for scans of any size."""
 
+    use: Literal["auto", "always", "never"] = "always"
+    """Whether there are bricks. "auto": if the profile cannot hold the whole scan, and nothing in the scene rules them
+    out."""
     size: Annotated[int, Field(ge=2, le=128)] = 32
     """Voxels along an edge of a brick. A brick holds a layer more on each side, two if it is lit: with 32³ voxels it
     takes 20 % more, or 42 %; with 64³ half of that, but a view then needs more that it does not show."""
@@ -409,7 +412,7 @@ class Scene(Record):
     bricks: BrickSettings | None = None
     """Levels as bricks; whole textures if absent."""
     on_demand: OnDemandSettings | None = None
-    """All levels in bricks that an app fetches one by one, beside the levels; none if absent."""
+    """All levels in bricks that an app fetches one by one, beside the levels; with `use` "auto" if absent."""
     mosaic: MosaicSettings = MosaicSettings()
     """How slices are put into 2D textures, for devices without 3D textures."""
     textures: TextureSettings = TextureSettings()

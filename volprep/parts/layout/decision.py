@@ -7,11 +7,13 @@ from volprep.parts.case import Case
 from volprep.parts.classification.decision import CLASSIFIED_BITS, tables_bytes
 from volprep.parts.layout.fit import fit_level
 from volprep.parts.levels.decision import candidate_levels, filter_of
+from volprep.parts.on_demand.decision import POOL_SHARE, plan_on_demand
 from volprep.parts.programs.decision import passes_before, ray_casters
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.decisions import Layout
+from volprep.plan.products import OnDemandPlan
 from volprep.plan.records import LevelPlan, VolumePlan
-from volprep.plan.room import Beside, Misfit
+from volprep.plan.room import Beside, Misfit, texture_bytes
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import Rays
@@ -52,6 +54,9 @@ def lay_out(case: Case, form: CompressedFormat | None) -> Layout:
         kinds = Bricks(scene.bricks, scene.mosaic.order, values.quantize.filter, keep_empty=scene.crop == "none")
         fits = [as_bricks(level, bits, layouts, beside, kinds) for level in candidates]
     levels, volumes = _kept(candidates, fits, profile)
+    if isinstance(plan_on_demand(case, levels[0].index), OnDemandPlan):
+        fits = [_beside_pool(fit, profile) for fit in fits]
+        levels, volumes = _kept(candidates, fits, profile)
     programs = tuple(program for each in case.shown_alone for program in ray_casters(each.name, volumes, scene))
     return Layout(layouts, beside, candidates, fits, levels, volumes, programs)
 
@@ -64,6 +69,14 @@ def _beside(case: Case, layouts: DeviceProfile, level: LevelPlan, beside: Beside
             return room
         beside = room
     return beside
+
+
+def _beside_pool(fit: VolumePlan | Misfit, profile: DeviceProfile) -> VolumePlan | Misfit:
+    """Return a level if it has room beside the pool of bricks on demand."""
+    most = profile.max_texture_bytes - profile.max_texture_bytes // POOL_SHARE
+    if isinstance(fit, Misfit) or texture_bytes(fit) <= most:
+        return fit
+    return Misfit(f"{texture_bytes(fit)} bytes, and beside the pool of bricks on demand there are {most}")
 
 
 def _kept(

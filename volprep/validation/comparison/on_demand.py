@@ -56,6 +56,7 @@ def judge_on_demand(bench: Bench, program: PictureProgram, viewed: ViewedProgram
             level=0,
             pixels=subject.shape_hw[0],
             views=tuple(view for view, _ in found),
+            bound=max(bounds),
         )
         bench.progress.advance()
 

@@ -324,6 +324,15 @@ class ProgramResult(Record):
     """Light that thin things keep at each level, finest first; levels without thin things are left out."""
 
     @property
+    def settled(self) -> OtherDrawing | None:
+        """The picture of level 0 that a device settles on, from the bricks on demand that it holds.
+
+        None if the nine views are of level 0, or there are no bricks.
+        """
+        from_bricks = (other for other in self.others if other.bound is not None)
+        return next(from_bricks, None) if self.level > 0 else None
+
+    @property
     def traced_lights(self) -> tuple[TracedLight, ...]:
         """Its precomputed light, of the whole volume and of the cut one, against path tracing."""
         return tuple(light for light in (self.light, self.cut_light) if light is not None)

@@ -9,8 +9,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from volprep.validation.results.measurements import ProgramResult
-from volprep.validation.results.seen import LostThings, NonNegative, OtherDrawing
+from volprep.validation.results.measurements import ProgramResult, ViewResult
+from volprep.validation.results.seen import LostThings, NonNegative, OtherDrawing, OtherView
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
@@ -29,6 +29,9 @@ class FinestOutcome(Record):
     """Number of views."""
     beyond: _Number
     """Number of views beyond the tolerance."""
+    bound: NonNegative | None = None
+    """Largest error that bricks on demand make which the device has no room for, as stated: it comes on top of the
+    tolerance. Null for a level that is held whole."""
 
 
 class LostStructures(LostThings):
@@ -82,9 +85,17 @@ class LevelOutcome(Record):
 
 
 def finest_outcome(program: ProgramResult) -> FinestOutcome:
-    """Return the outcome of the finest level of a program."""
-    beyond = sum(not view.passed for view in program.views)
-    return FinestOutcome(level=program.level, transfer=program.transfer, views=len(program.views), beyond=beyond)
+    """Return the outcome of the finest level of a program: of level 0 from bricks on demand if only these hold it."""
+    level, views, bound = program.level, settled_views(program), None
+    if program.settled is not None:
+        level, bound = 0, program.settled.bound
+    beyond = sum(not view.passed for view in views)
+    return FinestOutcome(level=level, transfer=program.transfer, views=len(views), beyond=beyond, bound=bound)
+
+
+def settled_views(program: ProgramResult) -> Sequence[ViewResult | OtherView]:
+    """Return the views of the picture that a device settles on."""
+    return program.views if program.settled is None else program.settled.views
 
 
 def level_outcomes(programs: Sequence[ProgramResult], tolerance: Tolerance) -> tuple[LevelOutcome, ...]:

@@ -6,9 +6,15 @@ from typing import Annotated
 from pydantic import Field
 
 from volprep.truth.verdict_code import VerdictCode
-from volprep.validation.results.measurements import ErrorNumbers, ProgramResult
+from volprep.validation.results.measurements import ErrorNumbers, ProgramResult, ViewResult
 from volprep.validation.results.seen import FullSize, NonNegative, OtherDrawing, OtherView, SeenNumbers
-from volprep.validation.verdicts.outcomes import FinestOutcome, LevelOutcome, finest_outcome, level_outcomes
+from volprep.validation.verdicts.outcomes import (
+    FinestOutcome,
+    LevelOutcome,
+    finest_outcome,
+    level_outcomes,
+    settled_views,
+)
 from volprep_formats.grid import Count
 from volprep_formats.package.manifest import Tolerance
 from volprep_formats.record import Record
@@ -70,10 +76,11 @@ class Verdict(Record):
     """Its FLIP."""
     worst_kept_light: float | None
     """Light that the thing keeps at most, given the uncertainty, that keeps the least in it; null without things."""
-    worst_data_rmse: NonNegative
-    """Part of its root mean square error over seen pixels that is due to level and quantisation."""
-    worst_drawing_rmse: NonNegative
-    """Part of its root mean square error over seen pixels that is due to the renderer."""
+    worst_data_rmse: NonNegative | None
+    """Part of its root mean square error over seen pixels that is due to level and quantisation; null for a picture
+    from bricks on demand."""
+    worst_drawing_rmse: NonNegative | None
+    """Part of its root mean square error over seen pixels that is due to the renderer; null as above."""
     share: NonNegative
     """The largest share of a limit of the tolerance that it takes; above 1 it fails."""
 
@@ -183,9 +190,10 @@ def judge(
     programs that a second renderer disagrees with, `contradicted` facts that a second reading contradicts, and
     `unwitnessed` is what neither has seen; None if none was asked.
     """
-    views = [(program.program, view) for program in programs for view in program.views]
+    views = [(program.program, view) for program in programs for view in settled_views(program)]
     worst_program, worst = max(views, key=lambda item: share_of(item[1].seen, tolerance))
-    failed = sum(not view.passed for _, view in views)
+    # A picture from bricks is among the parts.
+    failed = sum(not view.passed for program in programs if program.settled is None for view in program.views)
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     unlike = tuple(each.program for each in programs if any(not light.passed for light in each.traced_lights))
     others = [other for each in programs for other in each.others]
@@ -227,8 +235,8 @@ def judge(
         worst_maximum=worst.seen.maximum,
         worst_flip=worst.seen.flip,
         worst_kept_light=worst.seen.kept_light_at_most,
-        worst_data_rmse=worst.data.seen_rmse,
-        worst_drawing_rmse=worst.drawing.seen_rmse,
+        worst_data_rmse=worst.data.seen_rmse if isinstance(worst, ViewResult) else None,
+        worst_drawing_rmse=worst.drawing.seen_rmse if isinstance(worst, ViewResult) else None,
         share=share_of(worst.seen, tolerance),
     )
 
