@@ -3,6 +3,7 @@
 import math
 import re
 import shutil
+from importlib.resources import files
 from zlib import crc32
 
 import numpy as np
@@ -223,6 +224,16 @@ def test_the_plan_says_why_a_scan_that_does_not_fit_is_not_in_bricks(tmp_path, u
     item = item_of(plan)
     assert not item.kept
     assert re.search(reason, item.reason)
+
+
+@pytest.mark.parametrize("largest", [32, 33])
+def test_a_device_whose_textures_hold_no_brick_has_none(tmp_path, largest):
+    text = (files("volprep.scene.profiles") / "gles3.toml").read_text()
+    own = text.replace("max_3d_texture_size = 1024", f"max_3d_texture_size = {largest}").replace('"gles3"', '"own"')
+    (tmp_path / "own.toml").write_text(own)
+    plan = planned(write_raw_scene(tmp_path, voxels(), TRANSFER, profile="own.toml"))
+    assert plan.channels[0].part(OnDemandPlan) is None
+    assert "does not hold the coarsest level" in item_of(plan).reason
 
 
 def test_a_scan_that_fits_is_not_in_bricks(tmp_path):

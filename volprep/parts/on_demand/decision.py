@@ -107,9 +107,12 @@ def _laid_out(case: Case, size: int) -> OnDemandPlan | Misfit:
     )
     count = sum(math.prod(laid.counts_zyx(level.index, volume_zyx)) for level in levels)
     most = profile.max_texture_bytes // POOL_SHARE // laid.brick_bytes
-    laid = laid.model_copy(update={"places_zyx": _places(count, most, profile.max_3d_texture_size // laid.pitch)})
-    if laid.places < math.prod(laid.counts_zyx(len(levels) - 1, volume_zyx)):
-        return Misfit(f"profile {profile.name}, whose pool of {laid.places} bricks is too small")
+    rows = profile.max_3d_texture_size // laid.pitch
+    laid = laid.model_copy(update={"places_zyx": _places(count, most, rows)})
+    if min(rows, most) < 1 or laid.places < math.prod(laid.counts_zyx(len(levels) - 1, volume_zyx)):
+        return Misfit(
+            f"profile {profile.name}, whose pool does not hold the coarsest level in bricks of {size}³"
+        )
     programs = tuple(_program(function.name, scene) for function in case.functions)
     return OnDemandPlan(**{name: getattr(laid, name) for name in OnDemand.model_fields}, programs=programs)
 
