@@ -110,9 +110,7 @@ def _laid_out(case: Case, size: int) -> OnDemandPlan | Misfit:
     rows = profile.max_3d_texture_size // laid.pitch
     laid = laid.model_copy(update={"places_zyx": _places(count, most, rows)})
     if min(rows, most) < 1 or laid.places < math.prod(laid.counts_zyx(len(levels) - 1, volume_zyx)):
-        return Misfit(
-            f"profile {profile.name}, whose pool does not hold the coarsest level in bricks of {size}³"
-        )
+        return Misfit(f"profile {profile.name}, whose pool does not hold the coarsest level in bricks of {size}³")
     programs = tuple(_program(function.name, scene) for function in case.functions)
     return OnDemandPlan(**{name: getattr(laid, name) for name in OnDemand.model_fields}, programs=programs)
 
