@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 from two_grids import write_two_grids
 
 from volprep.render.renderer import Renderer
+from volprep.validation.timing.full_rays import unskipped
+from volprep.validation.timing.samples import samples_of_views
 from volprep_formats import grid as grids
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import box_from_box
@@ -154,6 +156,21 @@ def test_channels_on_several_grids_need_no_common_picture(tmp_path) -> None:
     found = built(scene)
     assert [each.name for each in found.manifest.pictures] == ["body", "hot"]
     assert validate(found).verdict.passed
+
+
+def test_rays_skip_what_each_channel_leaves_empty_and_draw_the_same(package) -> None:
+    program = package.manifest.picture_program("raycast-both", package.manifest.pictures[0])
+    assert "u_skip_0" in program.samplers
+    plain = unskipped(package, program)
+    for view in ("anterior", "left", "superior", "anterior-left"):
+        np.testing.assert_array_equal(picture(plain, None, view), picture(package, None, view))
+    views = [(view_of(package.manifest.box, "anterior"), (48, 48))]
+    (all_taken, _), (taken, looked) = (
+        samples_of_views(each, program, 0, views, kind=Renderer)[0] for each in (plain, package)
+    )
+    assert (taken <= all_taken).all()
+    assert taken.sum() < 0.8 * all_taken.sum()
+    assert looked.max() > 0
 
 
 def test_an_orbit_around_one_picture_draws_the_other_in_its_own_box(package) -> None:

@@ -277,10 +277,17 @@ class TogetherPlan(Record):
     """Programs that draw it."""
     skip_tables: tuple[SkipTablePlan, ...] = ()
     """For each level what all channels leave empty, where enough is."""
+    skips_apart: bool = False
+    """Whether rays look at the skip tables of the channels, which lie on several grids."""
     grid: Grid | None = None
     """Grid whose box holds all channels, where they lie on several grids."""
     placed: tuple[Affine | None, ...] = ()
     """Registration of each channel there, in the order of `transfers`."""
+
+    @property
+    def skips(self) -> bool:
+        """Whether rays look at skip tables."""
+        return self.skips_apart or bool(self.skip_tables)
 
     @property
     def mixing(self) -> Mixing:
@@ -321,3 +328,8 @@ class SegmentsPlan(Segments):
     """For each level what no style shows, where enough is empty."""
     label_sets: tuple[LabelSetsPlan, ...] = ()
     """For each skip table the labels in its blocks."""
+
+    @property
+    def skips(self) -> bool:
+        """Whether rays look at skip tables."""
+        return bool(self.skip_tables)

@@ -115,13 +115,18 @@ def _unlit(
     """Return the turns of the loop through the volume, added to the turns of the loops to the light."""
     if program.compositing in CELL_BY_CELL:
         return _in_cells(manifest, program, level)
-    if not manifest.skips(program):
+    picture = manifest.picture(program.transfer)
+    on_grids = picture is not None and picture.grid is not None and picture.mixing == "sum"
+    if not manifest.skips(program) and not on_grids:
         return _Turns(squared, each + 1.0, 1.0)
-    table = skip_table(manifest, program.transfer, level)
-    blocks = sum(table.blocks_zyx) if table else 0
-    # A run of samples takes a turn of the outer loop and of the one that looks, and one in which its own ends. A jump
-    # takes a turn of each loop; of a block that a ray leaves by rounding it may take two.
-    return _Turns(squared, each + _APART * (SKIP_RUN + 3) / SKIP_RUN, _APART * 6 * blocks + 1.0)
+    jumping = [medium.transfer for medium in picture.media] if on_grids and picture else [program.transfer]
+    tables = [skip_table(manifest, transfer, level) for transfer in jumping]
+    # Runs also end where a ray enters or leaves the box of a medium.
+    blocks = sum(sum(table.blocks_zyx) for table in tables if table is not None) + (2 * len(tables) if on_grids else 0)
+    # A run of samples takes a turn of the outer loop and, for each medium that jumps, of the one that looks, and one in
+    # which its own ends. A jump takes a turn of each loop; of a block that a ray leaves by rounding it may take two.
+    run = 1 + 2 * len(tables)
+    return _Turns(squared, each + _APART * (SKIP_RUN + run) / SKIP_RUN, _APART * (3 + run) * blocks + 1.0)
 
 
 def _in_cells(manifest: Manifest, program: PictureProgram, level: int) -> _Turns:

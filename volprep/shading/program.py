@@ -253,7 +253,7 @@ def _features(
     pieces = _pieces(package) if program.sampling == "subvolumes" else None
     picture = manifest.picture(program.transfer)
     if picture is not None and picture.mixing in {"sum", "colour"}:
-        features = [*drawn_together(manifest, picture, program)]
+        features = [*drawn_together(manifest, picture, program, skips=skips)]
     elif manifest.segments is not None and program.transfer == manifest.segments.name:
         sampled = _sampling(package, program, grid, pieces)
         group = 1 if groups is None else int(groups.offers["GROUP"])

@@ -4,7 +4,9 @@ Samples stay where they are without it: a jump goes on to the first sample behin
 this ray leaves it. A table is read once for each block that a ray meets.
 """
 
-from volprep.shading.compose import Dialect, Slot, literal
+from collections.abc import Sequence
+
+from volprep.shading.compose import Dialect, Instance, Slot, literal
 from volprep.shading.compositing import CELL_BY_CELL, SURFACES
 from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
@@ -23,6 +25,7 @@ _REACH: dict[SkipKind, str] = {
     "euclidean": "skip/reach:sphere",
 }
 
+_OCTANT_TABLES = " / ivec3(1, 1, 8)"
 SKIP_RUN = 16
 """Samples between two looks at the table. 8 take up to 7 % more time, 24 gain up to 3 % (MR heads, half a voxel)."""
 
@@ -58,6 +61,64 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     return Feature(slots, words, uniforms=feature.uniforms, samplers=feature.samplers)
 
 
+def skipping_on_grids(manifest: Manifest, program: ProgramDesign, transfers: Sequence[str], *, skips: bool) -> Feature:
+    """Return the loop of a program through media on several grids, the transfer functions of which are given.
+
+    Each looks at the skip table that its own pictures have, if `skips`.
+    """
+    level = min(program.levels)
+    tables = [skip_table(manifest, transfer, level) if skips else None for transfer in transfers]
+    kinds = {table.kind for table in tables if table is not None}
+    own: list[Instance] = []
+    looks: list[Instance] = []
+    alone: list[Instance] = []
+    names = [f"_{number}" for number in range(len(transfers))]
+    for name, table in zip(names, tables, strict=True):
+        others = [f"seen{other}" for other in names if other != name]
+        block = {} if table is None else {"BLOCK": literal(table.block)}
+        held = None if table is None else "ray/loop_media:table"
+        own.append(Instance("ray/loop_media:seen", {"OF": name, **block}, {"own_table": held}))
+        alone.append(
+            Instance(
+                "ray/loop_media:alone", {"OF": name, "OTHERS": _least(others), "MEDIUM": f"classify_alone{name}(i)"}
+            )
+        )
+        if table is not None:
+            looks.append(Instance("skip/table_texture3d:entries", {"OF": name}))
+    start, look, ahead = (
+        tuple(Instance(f"ray/loop_media:{section}", {"OF": name}) for name in names)
+        for section in ("start_of", "look", "ahead")
+    )
+    reach = [Instance("skip/skip")] if kinds else []
+    octants = kinds == {"octants"}
+    return Feature(
+        slots={
+            "skipping": (*reach, *own),
+            "skip_table": tuple(looks),
+            "skip_octant": "skip/table_texture3d:octant" if octants else None,
+            "skip_reach": next((_REACH[kind] for kind in kinds), None),
+            "skipping_start": (Instance("ray/loop_media:start"), *start),
+            "loop": "ray/loop_media",
+            "media_look": look,
+            "media_ahead": ahead,
+            "media_alone": tuple(alone),
+        },
+        words={"RUN": literal(SKIP_RUN), "FIRST_SEEN": _least([f"seen{name}" for name in names])},
+        offers={"OCTANT_TABLES": _OCTANT_TABLES if octants else ""},
+        samplers=tuple(
+            Sampler(name=f"u_skip{name}", role="skip", transfer=transfer)
+            for name, table, transfer in zip(names, tables, transfers, strict=True)
+            if table is not None
+        ),
+    )
+
+
+def _least(names: Sequence[str]) -> str:
+    """Return the GLSL of the least of some floats."""
+    first, *others = names
+    return f"min({first}, {_least(others)})" if others else first
+
+
 def skip_table(manifest: Manifest, transfer: str, level: int) -> SkipTable | None:
     """Return the skip table of a transfer function on a level, if there is one."""
     tables = manifest.skipping.tables if manifest.skipping else ()
@@ -69,9 +130,10 @@ def _table_in_texture3d(table: SkipTable) -> Feature:
     return Feature(
         slots={
             "skip_table": "skip/table_texture3d",
+            "skip_entries": "skip/table_texture3d:entries",
             "skip_octant": "skip/table_texture3d:octant" if octants else None,
         },
-        words={"OCTANT_TABLES": " / ivec3(1, 1, 8)" if octants else ""},
+        words={"OCTANT_TABLES": _OCTANT_TABLES if octants else ""},
         uniforms=(Uniform(name="u_blocks_from_box", type="vec3f", source="blocks_from_box"),),
         samplers=(Sampler(name="u_skip", role="skip"),),
     )

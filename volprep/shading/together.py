@@ -11,23 +11,24 @@ from volprep.shading.classification import sample_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Instance, literal
 from volprep.shading.feature import Feature
+from volprep.shading.skipping import skipping_on_grids
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.picture import Picture
 from volprep_formats.package.program import ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
 
-def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign) -> tuple[Feature, Feature]:
+def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign, *, skips: bool) -> tuple[Feature, ...]:
     """Return how a program that draws several channels reads them, and how it classifies and adds them.
 
-    In 3D textures all levels are read as the finest one is. Raises ValueError for a classification that is not one of
-    samples.
+    On several grids also how it goes through them, by the tables of their own if it `skips`. In 3D textures all levels
+    are read as the finest one is. Raises ValueError for a classification that is not one of samples.
     """
     level = min(program.levels)
     channel_of = {medium.transfer: medium.channel for medium in picture.media}
     transfers = [*channel_of]
     if picture.grid is not None:
-        return _on_grids(manifest, program, channel_of)
+        return _on_grids(manifest, program, channel_of, skips=skips)
     first = _volume(manifest, channel_of[transfers[0]], level)
     held = first.channels
     mipmaps = first.mipmap is not None
@@ -49,12 +50,15 @@ def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign)
     return replace(sampling, samplers=samplers), _added(manifest, program, values, packed=True)
 
 
-def _on_grids(manifest: Manifest, program: ProgramDesign, channel_of: Mapping[str, str]) -> tuple[Feature, Feature]:
+def _on_grids(
+    manifest: Manifest, program: ProgramDesign, channel_of: Mapping[str, str], *, skips: bool
+) -> tuple[Feature, ...]:
     grids = [manifest.grid_of(channel) for channel in channel_of.values()]
     extents = [grid.extent_mm_zyx for grid in grids if grid is not None]
     sampling = raycast_texture3d.sampling_on_grids([*channel_of], extents)
     added = _added(manifest, program, dict.fromkeys(channel_of, ""), packed=False, on_grids=True)
-    return sampling, replace(added, slots={**added.slots, **sampling.slots})
+    skipping = skipping_on_grids(manifest, program, [*channel_of], skips=skips)
+    return sampling, replace(added, slots={**added.slots, **sampling.slots}), skipping
 
 
 def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
@@ -88,8 +92,10 @@ def _added(
         part = own.slots["classification"]
         assert isinstance(part, tuple)  # noqa: S101 - the function of one channel is an instance
         classify += part
-        words = {"OF": suffix} if on_grids else {"OF": suffix, "VALUE": value}
-        add.append(Instance(f"classification/together:{'on_grids' if on_grids else 'channel'}", words))
+        if on_grids:
+            classify.append(Instance("classification/together:alone", {"OF": suffix}))
+        classified = f"classify_alone{suffix}(i)" if on_grids else f"classify{suffix}({value})"
+        add.append(Instance("classification/together:channel", {"OF": suffix, "CLASSIFY": classified}))
         samplers += _of_transfer(own.samplers, transfer)
     return Feature(
         slots={

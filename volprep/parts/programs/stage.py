@@ -1,10 +1,10 @@
 """Shaders are composed and specialised: the text that the package ships and the reference renderer runs."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from volprep.parts.programs.composed import composed
 from volprep.parts.stage import Stage, Work, present
-from volprep.plan.products import ProxyPlan, SkipPlan, SkipTablePlan
+from volprep.plan.products import ProxyPlan, SkipPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
 from volprep_formats.package.manifest import Contribution
@@ -36,7 +36,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     at_meshes = () if meshes is None or draft.manifest.proxy is None else meshes.programs
     designs = (*plan.programs, *beside, *at_meshes)
     progress.start("shaders", len(designs))
-    writer = _Writer(draft, plan.rays, () if skip is None else skip.tables, progress)
+    skipping = set() if skip is None else {table.transfer for table in skip.tables}
+    writer = _Writer(draft, plan.rays, skipping, progress)
     return Contribution(programs=writer.programs(designs))
 
 
@@ -55,19 +56,20 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     if plan.joint is None:
         return Contribution()
     progress.start("shaders", len(plan.joint.programs))
-    writer = _Writer(draft, plan.shared.rays, plan.joint.skip_tables, progress)
+    skipping = {plan.joint.name} if plan.joint.skips else set()
+    writer = _Writer(draft, plan.shared.rays, skipping, progress)
     return Contribution(programs=writer.programs(plan.joint.programs))
 
 
 class _Writer:
     """Composes programs and writes their shaders, which programs may share, once each."""
 
-    def __init__(self, draft: Draft, rays: RaySampling, tables: Sequence[SkipTablePlan], progress: Progress) -> None:
+    def __init__(self, draft: Draft, rays: RaySampling, skipping: Collection[str], progress: Progress) -> None:
         self._draft = draft
         self._package = Package(draft.folder, draft.manifest)
         self._rays = rays
         # A draft may still hold tables that are no longer wanted.
-        self._skipping = {table.transfer for table in tables}
+        self._skipping = skipping
         self._progress = progress
         self._written: set[str] = set()
 

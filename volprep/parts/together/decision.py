@@ -17,7 +17,7 @@ from volprep.parts.texture.mipmaps import chain_bytes
 from volprep.parts.together.grids import Grids
 from volprep.plan.decisions import Packed
 from volprep.plan.item_kinds import BEYOND
-from volprep.plan.products import SkipTablePlan, TogetherPlan
+from volprep.plan.products import SkipPlan, SkipTablePlan, TogetherPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.statistics import Measured
 from volprep.scene.scene import Scene
@@ -126,12 +126,16 @@ def plan_together(
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
     founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
-    tables, skipping = _skipping(group, founds, drawn, drawable, scene, on_one_grid=grids is None)
+    if grids is None:
+        tables, skipping = _skipping(group, founds, drawn, drawable, scene)
+    else:
+        tables, skipping = (), _skipping_apart(name, group, drawn, drawable)
     together = TogetherPlan(
         name=name,
         transfers=tuple(drawn.transfers.values()),
         programs=programs,
         skip_tables=tables,
+        skips_apart=grids is not None and skipping.kept,
         grid=None if grids is None else grids.grid,
         placed=() if grids is None else grids.placed,
     )
@@ -158,8 +162,6 @@ def _skipping(
     drawn: DrawnTogether,
     levels: Sequence[LevelPlan],
     scene: Scene,
-    *,
-    on_one_grid: bool,
 ) -> tuple[tuple[SkipTablePlan, ...], PlanItem]:
     """Decide whether rays skip the space that is empty in all channels."""
     name = scene.together.name if scene.together else ""
@@ -167,12 +169,8 @@ def _skipping(
     if scene.colour is not None:
         # Opacity, the last channel, scales light, too.
         media = media[-1:]
-    tables, reason, size = (
-        skip_together(scene.skip, name, media, levels)
-        if on_one_grid
-        else ((), "channels lie on several grids, and the blocks of a table on one", 0)
-    )
-    if tables and not all(_fits(group, table.level, math.prod(table.shape_zyx)) for table in tables):
+    tables, reason, size = skip_together(scene.skip, name, media, levels)
+    if tables and not all(_fits(group, table.level, [math.prod(table.shape_zyx)]) for table in tables):
         tables, reason = (), "there is no room for it beside all channels"
     files = tuple(table.file for table in tables)
     item = PlanItem(
@@ -185,6 +183,19 @@ def _skipping(
         size_bytes=size,
     )
     return tables, item
+
+
+def _skipping_apart(
+    name: str, group: Sequence[ChannelPlan], drawn: DrawnTogether, levels: Sequence[LevelPlan]
+) -> PlanItem:
+    """Decide whether each channel of several grids skips what it leaves empty, by the tables of its own pictures."""
+    planned = [plan.part(SkipPlan) for plan in group]
+    sizes = {(each.transfer, each.level): math.prod(each.shape_zyx) for skip in planned if skip for each in skip.tables}
+    shown = [transfer for transfer in drawn.transfers.values() if (transfer, levels[0].index) in sizes]
+    reason = f"rays look at the tables of {', '.join(shown)}" if shown else "no channel has a table of its own"
+    if not all(_fits(group, level.index, [sizes[name, level.index] for name in shown]) for level in levels):
+        shown, reason = [], "there is no room for the tables of the channels beside all channels"
+    return PlanItem(name=f"skip table {name}", kind=SKIP_KIND, transfer=name, kept=bool(shown), reason=reason)
 
 
 def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> SkipInputs:
@@ -221,8 +232,8 @@ def _refuse(scene: Scene, reason: str) -> NoReturn:
     raise VolprepError("VP1245", path=scene.name, name=name, reason=reason)
 
 
-def _fits(group: Sequence[ChannelPlan], level: int, skip_bytes: int = 0) -> bool:
-    """Return whether a device holds a level of all channels, their tables and a skip table at one time."""
+def _fits(group: Sequence[ChannelPlan], level: int, skip_bytes: Sequence[int] = ()) -> bool:
+    """Return whether a device holds a level of all channels, their tables and skip tables at one time."""
     profile = group[0].profile
     # Channels that share texels have the same files.
     sizes = {
@@ -232,6 +243,6 @@ def _fits(group: Sequence[ChannelPlan], level: int, skip_bytes: int = 0) -> bool
         if volume.level == level
     }
     each = [[size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups] for plan in group]
-    tables = [*(max(of_channel, default=0) for of_channel in each), skip_bytes]
+    tables = [*(max(of_channel, default=0) for of_channel in each), *skip_bytes]
     units = sum(len(files) for files in sizes) + sum(1 for size in tables if size)
     return units <= profile.texture_units and sum(sizes.values()) + sum(tables) <= profile.max_texture_bytes

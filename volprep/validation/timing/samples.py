@@ -14,7 +14,9 @@ from volprep_formats.package.reader import Package
 _MAIN = "void main() {\n"
 _SAMPLE = re.compile(r"^( *)(?!//)\S.*\bstride \* (?:\(?i|reached)\b", re.MULTILINE)
 """The first line that reads the volume at sample i, or at the end of a piece of the ray in one cell."""
-_LOOK = re.compile(r"^( *)float entry = skip_entry\(", re.MULTILINE)
+_ON_GRIDS = re.compile(r"^( *)vec4 medium = classify_\w+\(i\);", re.MULTILINE)
+"""Lines that read media on several grids, one in each loop."""
+_LOOK = re.compile(r"^( *)float (?:entry = skip_entry|later = seen_from_\d)\(", re.MULTILINE)
 _PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
 
 
@@ -22,7 +24,8 @@ def counting(package: Package, program: PictureProgram) -> Package:
     """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
     text = package.read_text(program.fragment)
     head, main, rest = text.partition(_MAIN)
-    rest = _SAMPLE.sub(r"\1taken++;\n\g<0>", rest, count=1)
+    rest, loops = _ON_GRIDS.subn(r"\1taken++;\n\g<0>", rest)
+    rest = rest if loops else _SAMPLE.sub(r"\1taken++;\n\g<0>", rest, count=1)
     rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
     # The picture stays in the sum, so that no uniform of the program becomes inactive.
     rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)

@@ -1,6 +1,6 @@
 //: Several channels in one picture. Slots: channels gives classify_0, classify_1, ...; voxel fetches all channels at
-//: once, where they share texels; sum adds each of them: section channel, of the channel $OF, whose normalised stored
-//: value is $VALUE.
+//: once, where they share texels; sum adds each of them: section channel, of the channel $OF, which
+//: CLASSIFY classifies; section alone, of a channel on a grid of its own.
 //#part channels
 
 // Colour and extinction of all channels: extinctions add, and each channel gives light as its extinction does.
@@ -15,13 +15,14 @@ vec4 classify_together($AT) {
 //#section voxel
 vec4 voxel = voxel_texel(at);
 //#section channel
-vec4 part$OF = classify$OF($VALUE);
+vec4 part$OF = $CLASSIFY;
 medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);
-//#section on_grids
-float share$OF = u_opacity$OF * share(i, within$OF);
-if (share$OF > 0.0) {
-  vec4 part$OF = classify$OF(stored_value$OF(start$OF + stride$OF * i));
-  medium += share$OF * vec4(part$OF.rgb * part$OF.a, part$OF.a);
+//#section alone
+// Colour and extinction of one channel in the segment whose middle is i.
+vec4 classify_alone$OF(float i) {
+  vec4 medium = classify$OF(stored_value$OF(start$OF + stride$OF * i));
+  medium.a *= weight$OF;
+  return medium;
 }
 //#section colour
 // Light and extinction are in proportion to the texel, so that the texture filter mixes both.

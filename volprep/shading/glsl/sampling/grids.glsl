@@ -19,6 +19,10 @@ vec2 numbers_within(vec3 start, vec3 stride, vec3 extent_mm) {
 float share(float i, vec2 within) {
   return clamp(min(i + 0.5, within.y) - max(i - 0.5, within.x), 0.0, 1.0);
 }
+// Where a run from sample i on ends, so that all its segments are whole, or it is a single one that a face cuts.
+float end_of_run(float i, vec2 within) {
+  return i - 0.5 < within.x || i + 0.5 > within.y ? i + 1.0 : floor(within.y) + 0.5;
+}
 //#section place
 uniform mat4 u_medium${OF}_from_box;
 uniform vec3 u_texture_from_medium$OF;
@@ -27,6 +31,8 @@ uniform float u_opacity$OF;
 vec3 start$OF;
 vec3 stride$OF;
 vec2 within$OF;
+// Factor of the extinction in a run of samples.
+float weight$OF;
 void begin$OF(vec3 start, vec3 stride) {
   vec3 start_mm = (u_medium${OF}_from_box * vec4(start, 1.0)).xyz;
   vec3 stride_mm = (u_medium${OF}_from_box * vec4(stride, 0.0)).xyz;

@@ -1,7 +1,8 @@
 //: GLSL ES 3.00. In: u_skip, R8, 3D, one texel a block; u_blocks_from_box, per millimetre. Constant: half a voxel in
-//: blocks. Slot skip_octant, where the table has one part for each octant of directions: section octant.
-// How far a ray may go without looking, for each block. The first and the last block also hold the outer half voxel.
-uniform highp sampler3D u_skip;
+//: blocks. Section entries: the table u_skip$OF alone; its slot skip_octant, where the table has one part for each octant
+//: of directions: section octant.
+//#part skip_entries
+
 uniform vec3 u_blocks_from_box;
 const float HALF_VOXEL = $HALF_VOXEL;
 vec3 block_offset(vec3 box_mm) {
@@ -10,12 +11,15 @@ vec3 block_offset(vec3 box_mm) {
 vec3 block_position(vec3 box_mm) {
   return block_offset(box_mm) - HALF_VOXEL;
 }
-float skip_entry(inout vec3 block, vec3 stride) {
-  ivec3 blocks = textureSize(u_skip, 0)$OCTANT_TABLES;
+//#section entries
+// How far a ray may go without looking, for each block. The first and the last block also hold the outer half voxel.
+uniform highp sampler3D u_skip$OF;
+float skip_entry$OF(inout vec3 block, vec3 stride) {
+  ivec3 blocks = textureSize(u_skip$OF, 0)$OCTANT_TABLES;
   block = clamp(block, vec3(0.0), vec3(blocks - 1));
   ivec3 texel = ivec3(block);
   //#part skip_octant
-  return floor(texelFetch(u_skip, texel, 0).r * 255.0 + 0.5);
+  return floor(texelFetch(u_skip$OF, texel, 0).r * 255.0 + 0.5);
 }
 //#section octant
 // The tables of the octants lie one after the other: 1 towards smaller x, 2 smaller y, 4 smaller z.
