@@ -211,16 +211,7 @@ class VariantBench:
                 rmse=rmse,
                 maximum=maximum,
             )
-            row = AblationRow(
-                item=f"level {level}",
-                transfer=transfer,
-                kept=True,
-                chosen_by="plan",
-                reason=_reason(manifest, LEVEL, None, level),
-                other=other,
-                outcome="not distinguishable",
-                finding="",
-            )
+            row = _planned(f"level {level}", _reason(manifest, LEVEL, None, level), transfer, other)
             yield level_outcome(row, finer, uploads[level].upload_bytes)
 
     def _own_tables(self) -> Iterator[AblationRow]:
@@ -232,16 +223,7 @@ class VariantBench:
             for level in (each.index for each in manifest.levels):
                 if not own_table(self.planned, transfer, level):
                     continue
-                row = AblationRow(
-                    item=f"own table of level {level}",
-                    transfer=transfer,
-                    kept=True,
-                    chosen_by="plan",
-                    reason=_reason(manifest, OWN_TABLE, transfer, level),
-                    other=None,
-                    outcome="not distinguishable",
-                    finding="",
-                )
+                row = _planned(f"own table of level {level}", _reason(manifest, OWN_TABLE, transfer, level), transfer)
                 own = gauge.level_error(self.planned, transfer, level)
                 yield table_outcome(row, own, gauge.level_error(without, transfer, level))
 
@@ -264,16 +246,7 @@ class VariantBench:
             levels = {each.level for each in textures if each.role == "volume"} - {manifest.levels[0].index}
             if not item.kept or not files or item.kind == PREVIEW or levels or _is_known(item.kind):
                 continue
-            outcome, finding = self._drawn_without(item.name, files)
-            yield AblationRow(
-                item=item.name,
-                kept=True,
-                chosen_by="plan",
-                reason=item.reason,
-                other=None,
-                outcome=outcome,
-                finding=finding,
-            )
+            yield _planned(item.name, item.reason, found=self._drawn_without(item.name, files))
 
     def _drawn_without(self, name: str, files: set[str]) -> tuple[Outcome, str]:
         manifest = self.planned.manifest
@@ -302,6 +275,26 @@ class VariantBench:
 
 def _is_known(kind: str) -> bool:
     return kind == OWN_TABLE or any(item.kind == kind for item in ITEMS)
+
+
+def _planned(
+    item: str,
+    reason: str | None,
+    transfer: str | None = None,
+    other: Measurement | None = None,
+    found: tuple[Outcome, str] = ("not distinguishable", ""),
+) -> AblationRow:
+    """Return the row of an item that the plan keeps, with its outcome and finding."""
+    return AblationRow(
+        item=item,
+        transfer=transfer,
+        kept=True,
+        chosen_by="plan",
+        reason=reason,
+        other=other,
+        outcome=found[0],
+        finding=found[1],
+    )
 
 
 def _reason(manifest: Manifest, kind: str, transfer: str | None, level: int | None = None) -> str | None:
