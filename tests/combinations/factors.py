@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 FACTORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "medium": ("scan", "channels", "mixed", "crisp", "labels", "colour"),
+        "medium": ("scan", "channels", "mixed", "crisp", "labels", "colour", "grids", "frames"),
         "compositing": (
             *("emission-absorption", "back-to-front", "maximum", "minimum", "average", "mida"),
             *("first-hit", "isosurface"),
@@ -13,7 +13,7 @@ FACTORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "lighting": ("none", "headlight", "phong", "blinn-phong"),
         "baked": ("none", "occlusion", "scattering", "shadow"),
         "classification": ("lookup", "auto", "preintegrated", "palette", "control-points", "preclassified"),
-        "layout": ("plain", "bricks", "compressed", "mipmaps"),
+        "layout": ("plain", "bricks", "compressed", "mipmaps", "on-demand"),
         "levels": ("one", "several", "box", "maximum"),
         "pieces": ("none", "files", "single"),
         "mesh": ("none", "merged", "convex"),
@@ -35,15 +35,17 @@ _LAID_OVER = ("emission-absorption", "back-to-front")
 _FLAT = ("gles2-2048", "gles2-4096")
 """Profiles without 3D textures and without textures of 16 bits."""
 
+_TOGETHER = ("channels", "grids")
+
 REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
-    {"medium": ("channels", "labels", "colour"), "compositing": _OF_VALUES},
-    {"medium": ("channels", "colour"), "baked": _CHANGED["baked"]},
-    {"medium": ("channels",), "lighting": _CHANGED["lighting"]},
-    {"medium": ("channels", "colour"), "classification": ("preclassified",)},
-    {"medium": ("channels",), "classification": ("preintegrated",)},
-    {"medium": ("channels",), "layout": ("bricks",)},
-    {"medium": ("channels",), "pieces": _CHANGED["pieces"]},
-    {"medium": ("channels", "colour", *_SEGMENTS), "profile": ("gles1",)},
+    {"medium": (*_TOGETHER, "labels", "colour"), "compositing": _OF_VALUES},
+    {"medium": (*_TOGETHER, "colour", "frames"), "baked": _CHANGED["baked"]},
+    {"medium": _TOGETHER, "lighting": _CHANGED["lighting"]},
+    {"medium": (*_TOGETHER, "colour"), "classification": ("preclassified",)},
+    {"medium": _TOGETHER, "classification": ("preintegrated",)},
+    {"medium": _TOGETHER, "layout": ("bricks",)},
+    {"medium": (*_TOGETHER, "frames"), "pieces": _CHANGED["pieces"]},
+    {"medium": (*_TOGETHER, "colour", "frames", *_SEGMENTS), "profile": ("gles1",)},
     {"medium": _SEGMENTS, "compositing": ("minimum", "average", "mida", "isosurface")},
     {"medium": _SEGMENTS, "baked": _CHANGED["baked"]},
     {"medium": _SEGMENTS, "classification": ("preintegrated", "preclassified")},
@@ -67,6 +69,19 @@ REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"medium": ("colour",), "pieces": _CHANGED["pieces"]},
     {"medium": ("colour",), "mesh": _CHANGED["mesh"]},
     {"medium": ("colour",), "bits": _CHANGED["bits"]},
+    {"medium": ("grids",), "compositing": ("back-to-front",)},
+    {"medium": ("grids",), "layout": ("compressed", "mipmaps")},
+    {"medium": ("grids",), "profile": _FLAT},
+    {"medium": ("frames",), "layout": ("bricks", "compressed", "mipmaps")},
+    {"medium": ("frames",), "levels": ("maximum",)},
+    {"medium": ("frames",), "mesh": _CHANGED["mesh"]},
+    {"layout": ("on-demand",), "medium": _CHANGED["medium"]},
+    {"layout": ("on-demand",), "compositing": _OF_VALUES},
+    {"layout": ("on-demand",), "lighting": ("phong", "blinn-phong")},
+    {"layout": ("on-demand",), "baked": _CHANGED["baked"]},
+    {"layout": ("on-demand",), "classification": ("preclassified",)},
+    {"layout": ("on-demand",), "pieces": _CHANGED["pieces"]},
+    {"layout": ("on-demand",), "profile": (*_FLAT, "gles1")},
     {"compositing": _OF_ONE_SAMPLE, "lighting": _CHANGED["lighting"]},
     {"compositing": _OF_VALUES, "baked": _CHANGED["baked"]},
     {"compositing": _CHANGED["compositing"], "classification": ("preintegrated",)},

@@ -7,7 +7,7 @@ from typing import Literal
 from unittest.mock import patch
 
 from volprep.pipeline.build import build, plan_build
-from volprep.plan.item_kinds import BEYOND
+from volprep.plan.item_kinds import BEYOND, LIT_CODES
 from volprep.scene.request import load_request
 from volprep.validation.folder import report_folder
 from volprep.validation.results.report import Report
@@ -34,8 +34,8 @@ class Outcome:
 
     name: str
     result: Result
-    """"refused": by the plan, with a code. "warned": views are beyond the tolerance, and nothing else is wrong, and the
-    build has said so and why. "beyond": the verdict is another one than "within"."""
+    """"refused": by the plan, with a code. "warned": views are beyond the tolerance, also of later frames, and nothing
+    else is wrong, and the build has said so and why. "beyond": the verdict is another one than "within"."""
     said: str
     """The code and message of a refusal, the warnings of the build, or what the verdict names."""
 
@@ -55,7 +55,8 @@ def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
     except Exception as error:  # noqa: BLE001 - as above
         return Outcome(name, "failed", f"validation: {type(error).__name__}: {error}")
     said, known = _said(report), _warnings(package)
-    if known and said and not any(getattr(report.verdict, fault) for fault in _FAULTS):
+    faults = [each for fault in _FAULTS for each in getattr(report.verdict, fault) if not each.startswith("frame ")]
+    if known and said and not faults:
         return Outcome(name, "warned", f"{said}: {known}")
     return Outcome(name, "beyond" if said else "within", said)
 
@@ -63,7 +64,7 @@ def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
 def _warnings(package: Path) -> str:
     """Return what the build says about errors beyond the tolerance."""
     items = Package.open(package).manifest.plan
-    return "; ".join(item.reason for item in items if item.kind == BEYOND)
+    return "; ".join(item.reason for item in items if item.kind in {BEYOND, LIT_CODES})
 
 
 def outcome_of_name(name: str) -> Outcome:

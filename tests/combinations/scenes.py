@@ -15,12 +15,16 @@ from .factors import DEFAULTS, Row
 _SHAPE_ZYX = (14, 16, 18)
 _AFFINE = np.diag([-0.9, -1.0, 1.2, 1.0])
 """Of a NIfTI file whose voxels are 1.2, 1.0 and 0.9 mm apart along z, y and x of LPS."""
+_TURNED = np.array([[-0.8, -0.3, 0.0, -2.0], [0.3, -0.8, 0.0, -3.0], [0.0, 0.0, 1.3, 1.0], [0.0, 0.0, 0.0, 1.0]])
+"""Of a second grid, turned by about 20 degrees and moved."""
 _PICTURE_SIZE = 48
 _PLANE = "[{ normal = [0.0, 1.0, 0.2], constant_mm = -8.0 }]"
 _SOURCES = {
     "labels": 'path = "labels.nii"\nlabels = true',
     "colour": 'path = "slices.tif"\nstack = { spacing_mm_zyx = [1.2, 1.0, 0.9] }',
     "channels": 'channels = [{ name = "first", path = "scan.nii" }, { name = "second", path = "other.nii" }]',
+    "grids": 'channels = [{ name = "first", path = "scan.nii" }, { name = "second", path = "turned.nii" }]',
+    "frames": 'path = "frames.nii"\nframes = "all"',
 }
 _FUNCTION = """[[transfer]]
 name = "{name}"
@@ -41,6 +45,7 @@ _TABLES: dict[tuple[str, str], tuple[str, str]] = {
     ("layout", "bricks"): ("bricks", "size = 8\n[lab.bricks]\nreach = 2"),
     ("layout", "compressed"): ("textures", 'compression = "auto"'),
     ("layout", "mipmaps"): ("textures", "mipmaps = true"),
+    ("layout", "on-demand"): ("on_demand", "size = 8"),
     ("levels", "several"): ("pyramid", "coarsest_longest_axis = 9"),
     ("levels", "box"): ("pyramid", 'coarsest_longest_axis = 9\nfilter = "box"'),
     ("levels", "maximum"): ("pyramid", 'coarsest_longest_axis = 9\nfilter = "maximum"'),
@@ -65,7 +70,7 @@ def write_scene(folder: Path, row: Row) -> Path:
     tables["render"].append(f"picture_size = {_PICTURE_SIZE}")
     if row["baked"] == "shadow" or row["lighting"] in {"phong", "blinn-phong"}:
         tables["lighting"].append("light_mm = [-30.0, -20.0, 40.0]")
-    if row["layout"] in {"bricks", "mipmaps"}:
+    if row["layout"] in {"bricks", "mipmaps", "on-demand"}:
         tables["lighting"].append('normals = "central"')
     for factor, value in row.items():
         if factor in _KEYS and value != DEFAULTS[factor]:
@@ -89,7 +94,7 @@ def _shown(medium: str) -> str:
     if medium == "labels":
         return _function("tissue", "isovalue = 0.5", (0.5, 2.0))
     functions = _function("tissue", "isovalue = 400.0", (100.0, 900.0))
-    if medium == "channels":
+    if medium in {"channels", "grids"}:
         second = _function("liquid", 'channel = "second"\nisovalue = 300.0', (150.0, 800.0), "40c0ff")
         return f"{functions}{second}[together]\n"
     return functions + (_SEGMENTS.format(border=medium) if medium in {"mixed", "crisp"} else "")
@@ -104,6 +109,10 @@ def _write_files(folder: Path) -> None:
     noise = 0.01 * np.random.default_rng(3).standard_normal(_SHAPE_ZYX)
     _nifti(folder / "scan.nii", np.rint(1000 * (values + noise)).astype(np.int16))
     _nifti(folder / "other.nii", np.rint(1000 * _hill((0.4, 0.6, 0.35), 0.25)).astype(np.int16))
+    liquid = _hill((0.5, 0.55, 0.45), 0.25)[2:, 3:, 2:-3]
+    _nifti(folder / "turned.nii", np.rint(1000 * liquid).astype(np.int16), _TURNED)
+    moved = _hill((0.45, 0.5, 0.55), 0.3)
+    _nifti(folder / "frames.nii", np.rint(1000 * np.stack([values, moved])).astype(np.int16))
     _nifti(folder / "labels.nii", np.digitize(values, (0.3, 0.7)).astype(np.uint8))
     shares = np.stack(
         [*(_hill(at, 0.4) for at in ((0.4, 0.4, 0.4), (0.6, 0.5, 0.4), (0.5, 0.6, 0.7))), values], axis=-1
@@ -119,5 +128,5 @@ def _hill(centre_zyx: tuple[float, float, float], width: float) -> Float64Array:
     return hill
 
 
-def _nifti(path: Path, voxels_zyx: np.ndarray) -> None:
-    nibabel.save(nibabel.Nifti1Image(voxels_zyx.T, _AFFINE), path)
+def _nifti(path: Path, voxels_zyx: np.ndarray, affine: Float64Array = _AFFINE) -> None:
+    nibabel.save(nibabel.Nifti1Image(voxels_zyx.T, affine), path)
