@@ -93,7 +93,7 @@ def build(
     If a build is interrupted, run the same command again to resume it.
     """
     from volprep.pipeline.build import build as build_package
-    from volprep.pipeline.rebuild import check_replaced
+    from volprep.pipeline.build import check_replaced
     from volprep.scene.request import request_of
     from volprep_cli.timing import Timing, print_times
 

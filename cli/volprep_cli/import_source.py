@@ -57,7 +57,7 @@ def import_source(
     if output is None:
         msg = "Missing option '-o' / '--output'."
         raise typer.BadParameter(msg)
-    from volprep.pipeline.staged_draft import begin_draft
+    from volprep.pipeline.import_draft import begin_draft
     from volprep.scene.request import request_of
 
     request = choices.of(request_of(scene, profile, source))

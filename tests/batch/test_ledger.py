@@ -7,9 +7,8 @@ from string import Formatter
 
 import pytest
 
-from volprep.batch import ledger_lines
-from volprep.batch.ledger import Ledger
-from volprep.batch.ledger_lines import beginning_of
+from volprep.batch import ledger as ledger_module
+from volprep.batch.ledger import Ledger, beginning_of
 from volprep.batch.place import Place
 from volprep.batch.records import JobRecord, job_error, unexpected
 from volprep_formats.diagnostics import CATALOGUE, ExitStatus, VolprepError
@@ -116,7 +115,7 @@ def test_a_process_reads_only_what_is_new_to_it(ledger, monkeypatch) -> None:
     ledger.append(record("a"))
     assert ledger.last("a", "gles3") is not None
     looked: list[bytes] = []
-    monkeypatch.setattr(ledger_lines, "beginning_of", lambda line: looked.append(line) or beginning_of(line))
+    monkeypatch.setattr(ledger_module, "beginning_of", lambda line: looked.append(line) or beginning_of(line))
     ledger.append(record("b"))
     assert ledger.last("b", "gles3") == record("b")
     assert ledger.last("a", "gles3") == record("a")

@@ -20,7 +20,7 @@ from volprep.render.renderer import Renderer
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene
 from volprep.truth.camera import standard_views
-from volprep.validation.timing.samples import samples_of_views
+from volprep.validation.timing.empty_space import samples_of_views
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Silent

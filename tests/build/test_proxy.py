@@ -109,7 +109,7 @@ def test_what_saves_no_samples_is_left_out_with_its_reason(tmp_path):
 def test_channels_have_meshes_each_of_its_own(tmp_path):
     scene = write_channel_scene(tmp_path)
     scene.write_text(scene.read_text().replace("[pyramid]", "[proxy]\nblock = 2\n[pyramid]"))
-    with patch("volprep.parts.proxy.stage.chosen_files", wraps=chosen_files) as chosen:
+    with patch("volprep.parts.proxy.part.chosen_files", wraps=chosen_files) as chosen:
         scene_builds.built(scene, tmp_path / "tissues.volpkg")
     package = Package.open(tmp_path / "tissues.volpkg")
     assert check(package.path) == []

@@ -7,7 +7,7 @@ from judged import validate
 from scene_builds import planned, view_of
 
 from volprep.compositing import COMPOSITINGS
-from volprep.render.light_view import light_from_box
+from volprep.render.inputs import light_from_box
 from volprep.render.renderer import Renderer
 from volprep.truth.decoded import level_volume
 from volprep.truth.volume import Medium

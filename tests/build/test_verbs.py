@@ -8,10 +8,9 @@ import scene_builds
 from tamper_scenes import write_kind
 
 from volprep.pipeline.drafts import run_verb
-from volprep.pipeline.import_draft import scene_of
+from volprep.pipeline.import_draft import begin_draft, scene_of
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.stage_graph import STAGES, dependents, in_order
-from volprep.pipeline.staged_draft import begin_draft
 from volprep.scene.request import load_request
 from volprep.scene.scene import Scene, changed
 from volprep_formats.diagnostics import VolprepError

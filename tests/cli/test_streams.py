@@ -111,7 +111,7 @@ def test_a_folder_that_may_not_be_entered_is_no_defect(place, tmp_path, command,
 import os, sys
 import volprep_cli.build, volprep_cli.import_source, volprep_cli.export, volprep_cli.plan, volprep.pipeline.build
 import volprep_formats.writers.nifti, volprep_formats.readers.nifti, volprep_formats.readers.raw
-import volprep.pipeline.staged_draft
+import volprep.pipeline.import_draft
 for folder in ({str(tmp_path)!r}, *{[str(each) for each in tmp_path.parents][:-1]!r}):
     os.chmod(folder, os.stat(folder).st_mode | 0o055) if folder != "/" else None
 os.setresgid({NOBODY}, {NOBODY}, {NOBODY}); os.setresuid({NOBODY}, {NOBODY}, {NOBODY})

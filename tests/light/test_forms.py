@@ -13,7 +13,7 @@ from turned_light import turned_by
 
 from volprep.parts.editing.inputs import FunctionEdit
 from volprep.parts.light import decision, solve
-from volprep.parts.light.turnable import solve_turnable
+from volprep.parts.light.stage import solve_turnable
 from volprep.render.inputs import Inputs
 from volprep.render.renderer import Renderer
 from volprep.truth.camera import standard_views

@@ -13,8 +13,7 @@ from web_server import WebServer
 from widget_page import START, module_served, open_widget
 
 import volprep
-from volprep.library.notebook.static_picture import captioned
-from volprep.library.notebook.widget import VolumeWidget
+from volprep.library.notebook.widget import VolumeWidget, captioned
 
 PARALLEL = {"forward": [0, 0, 1], "up": [0, 0, 2]}
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from crash import every_step, tree
 
 from volprep.pipeline.cut_files import write_cut
-from volprep.pipeline.staged_draft import begin_draft
+from volprep.pipeline.import_draft import begin_draft
 from volprep.scene.request import load_request
 from volprep_cli.main import command_line
 from volprep_formats.package.reader import Package

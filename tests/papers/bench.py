@@ -27,7 +27,7 @@ from volprep.truth.camera import Camera
 from volprep.truth.decoded import light_of_scan
 from volprep.truth.volume import Medium
 from volprep.truth.volume import Volume as Field
-from volprep.validation.timing.samples import counting
+from volprep.validation.timing.empty_space import counting
 from volprep_formats.arrays import Float64Array, FloatArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.program import TechniqueName

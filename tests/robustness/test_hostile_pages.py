@@ -21,8 +21,8 @@ from volprep.lab.ablation.page import ablation_page
 from volprep.lab.ablation.records import Ablation
 from volprep.lab.curves.page import curves_page
 from volprep.lab.curves.records import CurvesReport
-from volprep.lab.stress.page import stress_page
 from volprep.lab.stress.records import StressReport
+from volprep.lab.stress.study import stress_page
 from volprep.lab.studies import ABLATION, CURVES
 from volprep.report.page import page as report_page
 from volprep.validation.results.report import Report

@@ -20,7 +20,7 @@ from tempfile import TemporaryFile
 
 _MODULES = (
     "volprep.doctor",
-    "volprep.pipeline.staged_draft",
+    "volprep.pipeline.import_draft",
     "volprep.pipeline.build",
     "volprep.pipeline.drafts",
     "volprep.render.renderer",

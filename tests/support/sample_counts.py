@@ -1,7 +1,7 @@
 """Samples that a program takes in one view."""
 
 from volprep.render.renderer import Renderer
-from volprep.validation.timing.samples import samples_of_views
+from volprep.validation.timing.empty_space import samples_of_views
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import Program
 from volprep_formats.package.reader import Package

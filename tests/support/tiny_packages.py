@@ -9,19 +9,19 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.parts.bricks import stage as bricks_stage
+from volprep.parts.bricks import part as bricks_stage
 from volprep.parts.bricks.decision import Bricks, as_bricks
 from volprep.parts.classification import stage as transfer
-from volprep.parts.mosaic import stage as mosaic
+from volprep.parts.mosaic import part as mosaic
 from volprep.parts.mosaic.packing import Packing, Room, fit_mosaic
 from volprep.parts.normals import stage as normals_stage
 from volprep.parts.normals.decision import plan_normals
 from volprep.parts.programs import stage as shaders
-from volprep.parts.proxy import stage as proxy_stage
+from volprep.parts.proxy import part as proxy_stage
 from volprep.parts.proxy.decision import proxy_program
 from volprep.parts.skip import stage as skip_stage
 from volprep.parts.skip.decision import skip_table_plan
-from volprep.parts.texture import stage as texture
+from volprep.parts.texture import part as texture
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.parts.work import coarser_levels, codes_name, finest_level
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan, SkipPlan

@@ -9,7 +9,7 @@ from volprep.truth.box import box_levels
 from volprep.truth.kept_parts import LabelledField, kept_parts, label_boxes
 from volprep.truth.labelled_light import light_of_labels
 from volprep.validation.results.seen import KeptStyle, OtherDrawing, OtherView
-from volprep.validation.subjects.kept_styles import kept_styles
+from volprep.validation.subjects.labelled import kept_styles
 from volprep_formats.package.parts.segments.record import Segment, SegmentLabel, Segments
 from volprep_formats.package.transfer_function import TransferFunction, TransferPoint
 

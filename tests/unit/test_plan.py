@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from plans import PlanOfOne, plan_of_one
 
-from volprep.parts.layout.fit import fit_level
+from volprep.parts.layout.decision import fit_level
 from volprep.parts.levels.decision import candidate_levels
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Beside, texture_bytes

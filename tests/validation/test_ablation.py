@@ -8,7 +8,6 @@ from phantom_scene import write_phantom_scene
 from scene_builds import built
 
 from volprep.lab.ablation import gauge, judge, measure
-from volprep.lab.ablation.items import ITEMS
 from volprep.lab.ablation.judge import (
     MOST_CHANGE,
     judged_added,
@@ -16,7 +15,7 @@ from volprep.lab.ablation.judge import (
     level_outcome,
     table_outcome,
 )
-from volprep.lab.ablation.measure import measure_ablation
+from volprep.lab.ablation.measure import ITEMS, measure_ablation
 from volprep.lab.ablation.page import ablation_page
 from volprep.lab.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
 from volprep.lab.studies import ABLATION

@@ -9,8 +9,8 @@ from tamper_scenes import write_kind
 from tampering import Damaged, built, told
 
 from volprep.pipeline.drafts import run_verb
+from volprep.pipeline.import_draft import begin_draft
 from volprep.pipeline.origin import origin_path
-from volprep.pipeline.staged_draft import begin_draft
 from volprep.scene.request import load_request
 from volprep.scene.scene import changed
 from volprep.validation.exact.draft import ComparingDraft, FileDifference

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from volprep.validation.witness.independent.environment import light_of_uniform, stated_light
-from volprep.validation.witness.light_checks import check_turned_light
+from volprep.validation.witness.light_checks import check_turned_light, light_of_uniform, stated_light
 from volprep_formats.package.parts.light.environment import environment_of, environment_uniform, turned
 from volprep_formats.package.parts.light.model import LightModel, Sun
 

@@ -16,7 +16,7 @@ from volprep.pipeline.drafts import require_sound
 from volprep.pipeline.import_draft import import_draft
 from volprep.pipeline.machine_start import START, start_of_machine
 from volprep.pipeline.make_plan import Scanned, make_plan
-from volprep.pipeline.origin import Origin, write_origin
+from volprep.pipeline.origin import Origin, read_origin, write_origin
 from volprep.pipeline.plan_draft import plan_draft
 from volprep.pipeline.prepare import Prepared, prepare
 from volprep.pipeline.stages import run_stages
@@ -35,9 +35,35 @@ from volprep_formats.isolation import workers
 from volprep_formats.output import output_errors
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.files import MANIFEST
 from volprep_formats.package.storage.publish import check_target, publish
 from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
+
+
+def check_replaced(request: Request, target: Path, *, force: bool) -> bool:
+    """Return whether there is a package at `target` that the build will replace.
+
+    A package that was built of the same scene file, or of the same scan without one, may be replaced. Raises VP1303 for
+    another one, unless `force` is given, and VP4020 if the folder of `target` may not be entered.
+    """
+    with output_errors(target):
+        there = (target / MANIFEST).exists()
+    if not there:
+        return False
+    try:
+        origin = read_origin(target.absolute())
+    except VolprepError:
+        origin = None
+    if origin is not None:
+        here = None if request.scene_path is None else path_text(request.scene_path)
+        same_scan = origin.scene.source.path == request.scene.source.path
+        if origin.scene_path == here and (here is not None or same_scan):
+            return True
+    if not force:
+        raise VolprepError("VP1303", path=target)
+    return True
+
 
 _MOST_KEPT = 128_000_000
 """Bytes of a scan that is kept in memory while it is planned without being imported."""

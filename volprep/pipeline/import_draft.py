@@ -7,24 +7,51 @@ import` starts at once.
 import hashlib
 import shutil
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from volprep.parts.work import SCENE, is_current, scene_bytes
 from volprep.pipeline.machine_start import START
-from volprep.pipeline.prepare import Prepared
+from volprep.pipeline.origin import Origin, write_origin
+from volprep.pipeline.prepare import Prepared, prepare
 from volprep.scan.frames import UNTIMED
 from volprep.scan.import_segments import import_segments
 from volprep.scan.import_volume import NAME, import_key, import_volume
 from volprep.scan.statistics import Measured
+from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.installation import generator
+from volprep_formats.output import output_errors
 from volprep_formats.package.channel import ChannelPart, SourceRecord
 from volprep_formats.package.manifest import Contribution, Heading, StageRecord
-from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.draft import Draft, require_room
 from volprep_formats.package.storage.files import MANIFEST
+from volprep_formats.package.storage.publish import remove_package
+from volprep_formats.path_text import path_text
 from volprep_formats.progress import Progress
+
+
+def begin_draft(request: Request, folder: Path, progress: Progress) -> Draft:
+    """Import a source into the draft at `folder`: a new one, which vanishes if that fails, or one that is there.
+
+    Raises the errors of `import_draft`, before anything is read where `folder` is in the way.
+    """
+    with output_errors(folder):
+        is_new = not (folder / MANIFEST).exists()
+    if is_new:
+        require_room(folder)
+    try:
+        imported = import_draft(prepare(request), folder, progress)
+    except VolprepError:
+        if is_new and (folder / MANIFEST).exists():
+            with suppress(VolprepError):  # the first error is the one to report
+                remove_package(folder)
+        raise
+    scene_path = None if request.scene_path is None else path_text(request.scene_path)
+    write_origin(folder, Origin(scene_path=scene_path, scene=imported.scene, profile=request.profile))
+    return imported.draft
 
 
 @dataclass(frozen=True)

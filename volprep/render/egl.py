@@ -7,18 +7,35 @@ EGL_EXT_create_context_robustness.
 """
 
 import ctypes
+import mmap
 import os
+import resource
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from volprep.render.bindings import EGL, GLES1, GLES3, USER_PLATFORM
-from volprep.render.room import require_room
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.api import ContextApi, graphics_api
+
+_NEEDED_BYTES = 2**29
+"""Mesa's software driver with LLVM and its threads map 0.3 GB on two cores; with 0.1 GB left it waits for ever."""
+
+
+def require_room() -> None:
+    """Raise VP7004 if the limit of the address space leaves too little for a driver of OpenGL."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if sys.platform != "linux" or limit == resource.RLIM_INFINITY:
+        return
+    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * mmap.PAGESIZE
+    if limit - used < _NEEDED_BYTES:
+        raise VolprepError("VP7004", limit_mb=limit / 1e6, needed_mb=(used + _NEEDED_BYTES) / 1e6)
+
 
 _RENDERABLE = {1: EGL.EGL_OPENGL_ES_BIT, 2: EGL.EGL_OPENGL_ES2_BIT, 3: 0x40}  # 0x40: EGL_OPENGL_ES3_BIT
 _CONTEXT_MAJOR_VERSION, _CONTEXT_MINOR_VERSION = 0x3098, 0x30FB

@@ -8,12 +8,12 @@ from itertools import pairwise
 from pathlib import Path
 
 from volprep.lab.ablation.gauge import PackageGauge
-from volprep.lab.ablation.items import ITEMS
 from volprep.lab.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.lab.ablation.records import Ablation, AblationRow, Measurement, Outcome
 from volprep.lab.small_scan import read_scan, write_scan
 from volprep.lab.variants import Workshop, first_channel, merged, with_changes
 from volprep.parts.ablation import AblationItem, Changes
+from volprep.parts.registry import PARTS
 from volprep.plan.item_kinds import LEVEL, OWN_TABLE, PREVIEW
 from volprep.render.renderers import ray_caster_of
 from volprep.scene.channels import drawn_channels, left_out
@@ -28,6 +28,9 @@ from volprep_formats.installation import generator
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Progress
+
+ITEMS: tuple[AblationItem, ...] = tuple(item for part in PARTS for item in part.ablations)
+
 
 MOST_VOXELS = 2**24
 """Largest scan that is measured as it is; of a larger one, means are: some fifteen packages are built."""

@@ -13,7 +13,6 @@ from volprep.parts.light.codes import LightCodes, coded_alike
 from volprep.parts.light.kept import KeptSamples
 from volprep.parts.light.lit import lit_volume
 from volprep.parts.light.solve import LightField, solve_field
-from volprep.parts.light.turnable import solve_turnable
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
 from volprep.parts.work import source_info, source_volume
@@ -21,8 +20,9 @@ from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import ChannelPlan
 from volprep.scan.slabs import bytes_of
 from volprep.truth.path_traced import LitVolume
-from volprep_formats.arrays import UInt8Array
+from volprep_formats.arrays import Float64Array, UInt8Array
 from volprep_formats.package.manifest import Contribution
+from volprep_formats.package.parts.light.environment import CORNERS
 from volprep_formats.package.parts.light.planes import plane_numbers
 from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
@@ -30,6 +30,39 @@ from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
+
+_AT_ONCE = 3
+"""Environments that one set of paths estimates: one for each of red, green and blue."""
+
+
+def solve_turnable(
+    lit: LitVolume,
+    factor: int,
+    count: int,
+    progress: Progress,
+    kept: KeptSamples | None = None,
+    *,
+    curve: Float64Array | None = None,
+) -> LightField:
+    """Fit a field of four channels, one for each environment. Arguments as `solve_field`."""
+    fields = [
+        solve_field(_under(lit, CORNERS[first : first + _AT_ONCE]), factor, count, progress, kept, curve=curve)
+        for first in range(0, len(CORNERS), _AT_ONCE)
+    ]
+    texels = np.concatenate([field.texels for field in fields], axis=4)
+    return replace(fields[0], texels=texels, residual=max(field.residual for field in fields))
+
+
+def _under(lit: LitVolume, corners: Float64Array) -> LitVolume:
+    """Return a volume with an environment for each channel."""
+    environment = np.zeros((4, _AT_ONCE))
+    environment[0, : len(corners)] = 1.0
+    environment[1:, : len(corners)] = corners.T
+    channels = "rgb" if len(corners) > 1 else "luminance"
+    # A luminance is the same in all channels.
+    if channels == "luminance":
+        environment = np.repeat(environment[:, :1], 3, axis=1)
+    return replace(lit, model=lit.model.model_copy(update={"channels": channels}), environment=environment)
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:

@@ -9,9 +9,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from volprep.parts.case import Case
 from volprep.parts.programs.decision import ray_casters, shader_files
-from volprep.parts.segments.extent import style_blocks, style_boxes
 from volprep.parts.segments.label_texture import LOOK_UNITS, label_texture
 from volprep.parts.segments.look_format import look_format
 from volprep.parts.segments.looks import segments_of
@@ -21,7 +23,7 @@ from volprep.plan.item_kinds import SEGMENT_NAMES, SEGMENT_REMARK
 from volprep.plan.products import LabelSetsPlan, LabelTexturePlan, SegmentsPlan, SkipTablePlan
 from volprep.plan.records import LevelPlan
 from volprep.plan.room import Misfit, if_held
-from volprep.scan.segments.record import FoundSegments
+from volprep.scan.segments.record import FoundSegments, VoxelBox
 from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.diagnostics import VolprepError
@@ -31,6 +33,40 @@ from volprep_formats.package.parts.segments.label_sets import sets_shape
 from volprep_formats.package.parts.segments.record import COMPOSITED, OF_ONE_VALUE, Segments, table_shape
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
+
+
+def style_boxes(scene: Scene, found: FoundSegments | None) -> dict[str, VoxelBox]:
+    """Return, for each transfer function that shows labels, the box around their voxels; empty without segments.
+
+    Raises VP3222 for a style of an unknown segment, VP3223 for an unknown transfer function.
+    """
+    if found is None or scene.segments is None:
+        return {}
+    record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
+    of_style: dict[str, list[VoxelBox]] = {name: [] for name in record.transfers}
+    for label, box in enumerate(found.boxes):
+        if box is not None:
+            of_style[record.labels[order[label]].transfer].append(box)
+    return {name: _around(boxes) for name, boxes in of_style.items()}
+
+
+def _around(boxes: Sequence[VoxelBox]) -> VoxelBox:
+    z0, y0, x0 = (min((box.start_zyx[axis] for box in boxes), default=0) for axis in range(3))
+    z1, y1, x1 = (max((box.stop_zyx[axis] for box in boxes), default=0) for axis in range(3))
+    return VoxelBox(start_zyx=(z0, y0, x0), stop_zyx=(z1, y1, x1))
+
+
+def style_blocks(
+    record: Segments, found: FoundSegments | None, shape_zyx: tuple[int, int, int]
+) -> dict[str, NDArray[np.bool_]]:
+    """Return, for each transfer function that shows segments only, the measured blocks of the source that have any."""
+    if found is None:
+        return {}
+    outside = {label.transfer for label in record.labels if not label.segments}
+    bits = np.unpackbits(np.frombuffer(bytes.fromhex(found.blocks), np.uint8), count=math.prod(shape_zyx))
+    blocks = bits.astype(np.bool_).reshape(shape_zyx)
+    return {name: blocks for name in record.transfers if name not in outside}
+
 
 KIND = "segments"
 """Kind of the item of the plan."""

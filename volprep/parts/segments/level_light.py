@@ -1,6 +1,6 @@
 """How much of its light each segment keeps at a coarse level: measured when labels are made, told in the plan.
 
-Validation measures the same on what the package holds, and judges it (volprep/validation/subjects/kept_styles.py).
+Validation measures the same on what the package holds, and judges it (volprep/validation/subjects/labelled.py).
 """
 
 from collections.abc import Iterator

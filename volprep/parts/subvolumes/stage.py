@@ -4,6 +4,7 @@ The stage reads a row of pieces along x at a time, so that neither depth nor hei
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,18 +14,18 @@ from volprep.compositing import COMPOSITINGS
 from volprep.parts.stage import Stage, Work, any_channel, present, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
-from volprep.parts.subvolumes.labels import piece_labels
 from volprep.parts.subvolumes.piece import tiled
 from volprep.parts.texels import texel_reader, texels_of
-from volprep.parts.work import codes_of_source
+from volprep.parts.work import codes_of_source, source_info
 from volprep.plan.products import SegmentsPlan, SubvolumesPlan
 from volprep.plan.records import ChannelPlan
 from volprep.plan.room import one_channel
 from volprep.scan.slabs import RawVolume, bytes_of, slab_ranges
 from volprep_formats.arrays import UInt8Array
+from volprep_formats.grid import Index
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
-from volprep_formats.package.parts.segments.texels import labels_of_texels
+from volprep_formats.package.parts.segments.texels import flagged, label_texels, labels_of_texels
 from volprep_formats.package.parts.subvolumes.record import (
     Cuts,
     Subvolume,
@@ -33,10 +34,55 @@ from volprep_formats.package.parts.subvolumes.record import (
     encode_grid,
 )
 from volprep_formats.package.storage.draft import Draft
+from volprep_formats.package.storage.files import SEGMENT_LABELS
 from volprep_formats.package.texture import dimension_of
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
 from volprep_formats.textures import ktx2
+
+
+@dataclass(frozen=True)
+class PieceLabels:
+    """The labels of the source. Level 0 may be a part of it."""
+
+    volume: RawVolume
+    """Labels as they were imported."""
+    order: NDArray[np.uint16]
+    """For each of them its number in the package."""
+    start_zyx: tuple[Index, Index, Index]
+    """First voxel of level 0."""
+    shape_zyx: tuple[int, int, int]
+    """Number of voxels of level 0 along each axis."""
+    wide: bool
+    """Whether a label has two bytes."""
+
+    def rows(self, z: slice, y: slice) -> UInt8Array:
+        """Return texels of the rows `y` of the slices `z` of level 0, [z, y, x, byte]."""
+        # The last cells may have several labels: their far corners are one voxel further along each axis.
+        behind = [slice(each.start, min(each.stop + 1, n)) for each, n in zip((z, y), self.shape_zyx, strict=False)]
+        rows_z, rows_y = (
+            slice(start + each.start, start + each.stop) for each, start in zip(behind, self.start_zyx, strict=False)
+        )
+        first, count = self.start_zyx[2], self.shape_zyx[2]
+        labels = self.order[self.volume.read_rows(rows_z, rows_y)[:, :, first : first + count]]
+        own = slice(z.stop - z.start), slice(y.stop - y.start)
+        texels = label_texels(labels[own], flagged(labels, None)[own], wide=self.wide)
+        return texels.reshape(*texels.shape[:3], -1)
+
+
+def piece_labels(draft: Draft, plan: ChannelPlan) -> PieceLabels | None:
+    """Return the labels of the pieces of a channel; None without segments."""
+    segments = plan.part(SegmentsPlan)
+    if segments is None:
+        return None
+    source = source_info(draft.manifest, plan.channel).grid
+    return PieceLabels(
+        volume=RawVolume(draft.folder / SEGMENT_LABELS, source.shape_zyx, np.dtype(np.uint16)),
+        order=np.array(segments.order, np.uint16),
+        start_zyx=plan.shared.crop.start_zyx,
+        shape_zyx=plan.grid.shape_zyx,
+        wide=segments.wide,
+    )
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:

@@ -14,6 +14,7 @@ pictures differ by more than a step of the target, validation measures how much 
 picture on this driver.
 """
 
+import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ import numpy as np
 from volprep.render.renderer import Renderer
 from volprep.render.renderers import ray_caster_of
 from volprep.validation.bench import Bench
+from volprep.validation.comparison.altered import Altered
 from volprep.validation.comparison.colours import coloured
 from volprep.validation.comparison.precise_target import NO_SUCH_TARGET
 from volprep.validation.comparison.views import ViewedProgram
@@ -32,7 +34,6 @@ from volprep.validation.results.measurements import EmptySpace, SavingView, Savi
 from volprep.validation.subjects.subject import Subject
 from volprep.validation.timing.full_rays import unskipped
 from volprep.validation.timing.rays import chords_mm, settled
-from volprep.validation.timing.samples import samples_of_views
 from volprep.validation.timing.sweep import SWEEP_VIEW
 from volprep.validation.timing.turns import Milliseconds
 from volprep_formats.arrays import Float32Array, Float64Array
@@ -40,6 +41,47 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.meshes import read_glb
 from volprep_formats.package.program import PictureProgram
 from volprep_formats.package.reader import Package
+
+_MAIN = "void main() {\n"
+_SAMPLE = re.compile(r"^( *)(?!//)\S.*\bstride \* (?:\(?i|reached)\b", re.MULTILINE)
+"""The first line that reads the volume at sample i, or at the end of a piece of the ray in one cell."""
+_ON_GRIDS = re.compile(r"^( *)vec4 medium = classify_\w+\(i\);", re.MULTILINE)
+"""Lines that read media on several grids, one in each loop."""
+_LOOK = re.compile(r"^( *)float (?:entry = skip_entry|later = seen_from_\d)\(", re.MULTILINE)
+_PICTURE = re.compile(r"^( *(?:picture|gl_FragColor) = )(.*);$", re.MULTILINE)
+
+
+def counting(package: Package, program: PictureProgram) -> Package:
+    """Return the package with a shader that writes samples taken into red and entries of the skip table into green."""
+    text = package.read_text(program.fragment)
+    head, main, rest = text.partition(_MAIN)
+    rest, loops = _ON_GRIDS.subn(r"\1taken++;\n\g<0>", rest)
+    rest = rest if loops else _SAMPLE.sub(r"\1taken++;\n\g<0>", rest, count=1)
+    rest = _LOOK.sub(r"\1looked++;\n\g<0>", rest)
+    # The picture stays in the sum, so that no uniform of the program becomes inactive.
+    rest = _PICTURE.sub(r"\1vec4(taken, looked, 0.0, 1.0) + 1e-9 * \2;", rest)
+    text = f"{head}{main}  float taken = 0.0;\n  float looked = 0.0;\n{rest}"
+    return Altered(package, {program.fragment: text})
+
+
+def samples_of_views(
+    package: Package,
+    program: PictureProgram,
+    level: int,
+    views: Sequence[tuple[Float64Array, tuple[int, int]]],
+    *,
+    kind: type[Renderer],
+) -> list[tuple[Float64Array, Float64Array]]:
+    """Return the samples taken, and the entries of the skip table read, for each pixel [H, W] of each view.
+
+    A view is a camera, and height and width of the picture. `kind` is the renderer that draws with `program`. Raises
+    the errors of `Renderer`; needs a float32 target.
+    """
+    counted = counting(package, program)
+    with kind(counted, level=level, transfer=program.transfer, target="rgba32f") as renderer:
+        pictures = [np.rint(renderer.render(*view)).astype(np.float64) for view in views]
+    return [(picture[..., 0], picture[..., 1]) for picture in pictures]
+
 
 _READS = 3
 _LEAST_COUNTED = 32
