@@ -25,7 +25,7 @@ from volprep_formats.record import problems
 
 
 class LedgerLines:
-    """Index of one ledger in this process. Threads may share it."""
+    """Index of the last line of each job, in this process: only new lines are read. Threads may share it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

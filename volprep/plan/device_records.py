@@ -179,6 +179,11 @@ class DeviceProgram(Record):
             raise ValueError(msg)
         return self
 
+    @property
+    def finest(self) -> list[DevicePoint]:
+        """Points of the level of the standard views."""
+        return [point for point in self.points if point.level == self.level]
+
 
 class Throttling(Record):
     """The same draw at the beginning and at the end: a device that gets hot, or saves power, has become slower."""

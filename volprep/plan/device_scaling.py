@@ -109,8 +109,7 @@ def _exactly(value: float) -> Interval:
 
 def _nominal_cost(program: DeviceProgram, pixels: int) -> Interval:
     """Return time over pixels, where nothing tells fixed costs apart, of the slowest point of the finest level."""
-    at_finest = [point for point in program.points if point.level == program.level] or [*program.points]
-    point = max(at_finest, key=lambda each: each.draw_ms, default=None)
+    point = max(program.finest or program.points, key=lambda each: each.draw_ms, default=None)
     times = (0.0, 0.0, 0.0) if point is None else (point.draw_ms, point.fastest_ms, point.slowest_ms)
     expected, least, most = (_NS_PER_MS * each / pixels for each in times)
     return Interval(expected=expected, least=least, most=most)

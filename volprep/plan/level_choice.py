@@ -107,14 +107,14 @@ class LevelChoice(Record):
     @property
     def tried(self) -> tuple[LightError, ...]:
         """Measurements of the chosen candidate when it was tried: with its own table where it has one."""
+        return tuple(LightError(transfer=trial.transfer, rmse=trial.rmse) for trial in self.chosen)
+
+    @property
+    def chosen(self) -> tuple[Trial, ...]:
+        """Trials of the chosen candidate, for each transfer function with its own table where the level has one."""
         own = {table.transfer for table in self.tables}
-        return tuple(
-            LightError(transfer=trial.transfer, rmse=trial.rmse)
-            for trial in self.trials
-            if trial.filter == self.filter
-            and trial.on == "whole"
-            and (trial.table == "adapted") == (trial.transfer in own)
-        )
+        of_filter = (trial for trial in self.trials if (trial.filter, trial.on) == (self.filter, "whole"))
+        return tuple(trial for trial in of_filter if (trial.table == "adapted") == (trial.transfer in own))
 
     @property
     def without_tables(self) -> "LevelChoice":

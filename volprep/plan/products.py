@@ -112,6 +112,10 @@ class NormalsPlan(NormalMeaning):
     textures: tuple[NormalTexturePlan, ...]
     """One for each level."""
 
+    def of_level(self, level: int) -> list[NormalTexturePlan]:
+        """Return the texture of a level, if it has one."""
+        return [texture for texture in self.textures if texture.level == level]
+
 
 class LightTexturePlan(Record):
     """The light of one transfer function."""

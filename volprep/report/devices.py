@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from volprep.plan.device_records import DevicePoint, DeviceProgram, DeviceRecord
 from volprep.report.canvas import Plot
 from volprep.report.plots import DeviceCurve, curves_against_time
-from volprep.validation.results.measurements import ProgramResult
 from volprep.validation.results.report import Report
 from volprep_formats.shown import shown
 
@@ -46,16 +45,14 @@ def device_parts(report: Report) -> tuple[DevicePart, ...]:
     """Return the report's section for each program that a device has measured."""
     parts = []
     for program in report.programs:
-        found = [(record, each) for record in report.devices for each in record.programs if _same(each, program)]
+        found = [
+            (record, each) for record in report.devices for each in record.programs if each.transfer == program.transfer
+        ]
         if found:
             curves = [_curve(_label(record), each.points) for record, each in found]
             plot = curves_against_time(curves, report.tolerance.rmse)
             parts.append(DevicePart(program.transfer, plot, tuple(_row(record, each) for record, each in found)))
     return tuple(parts)
-
-
-def _same(measured: DeviceProgram, program: ProgramResult) -> bool:
-    return measured.transfer == program.transfer
 
 
 def _label(record: DeviceRecord) -> str:
@@ -79,11 +76,10 @@ def _places(points: Sequence[DevicePoint]) -> tuple[tuple[float, float], ...]:
 
 
 def _row(record: DeviceRecord, program: DeviceProgram) -> DeviceRow:
-    at_finest = [point for point in program.points if point.level == program.level]
     worst = max(program.views, key=lambda view: view.rmse, default=None)
     return DeviceRow(
         record=record,
-        nominal=min(at_finest, key=lambda point: abs(point.step_mm - record.package.step_mm), default=None),
+        nominal=min(program.finest, key=lambda point: abs(point.step_mm - record.package.step_mm), default=None),
         worst_view="" if worst is None else worst.view,
         worst_rmse=None if worst is None else worst.rmse,
         unsteady=sum(not point.steady for point in program.points),

@@ -105,8 +105,7 @@ def _plots_of_channel(manifest: Manifest) -> dict[str, Plot]:
 
 def _nominal(program: ProgramResult) -> SweepPoint:
     """Return the measured point of the finest level whose step is nearest to the nominal one."""
-    points = [point for point in program.sweep.points if point.level == program.level]
-    return min(points, key=lambda point: abs(point.step_ratio - 1))
+    return min(program.sweep.of_level(program.level), key=lambda point: abs(point.step_ratio - 1))
 
 
 def _hero(report: Report) -> ViewResult:

@@ -120,7 +120,7 @@ def _draw_curves(axes: Axes, curves: Sequence[DeviceCurve], tolerance_rmse: floa
 
 
 def _draw_error_against_step(axes: Axes, sweep: Sweep, report: Report) -> None:
-    points = _of_level(sweep, sweep.floors[0].level)
+    points = sweep.of_level(sweep.floors[0].level)
     axes.logarithmic("step in millimetres", "RMSE over seen pixels", [point.total.seen_rmse for point in points])
     axes.plot([(point.step_mm, point.total.seen_rmse) for point in points], SERIES[0], "against truth", marker="o")
     drawing = [(point.step_mm, point.drawing.seen_rmse) for point in points]
@@ -197,11 +197,7 @@ def _draw_transfer(
 
 def _timed(sweep: Sweep, level: int) -> list[tuple[SweepPoint, Milliseconds]]:
     """Return the points of a level that were timed, with their times."""
-    return [(point, point.draw) for point in _of_level(sweep, level) if point.draw is not None]
-
-
-def _of_level(sweep: Sweep, level: int) -> Sequence[SweepPoint]:
-    return [point for point in sweep.points if point.level == level]
+    return [(point, point.draw) for point in sweep.of_level(level) if point.draw is not None]
 
 
 def _floor(axes: Axes, floor: LevelFloor, report: Report) -> None:

@@ -13,7 +13,6 @@ from volprep.shading.compose import Dialect, Instance, literal
 from volprep.shading.feature import Feature
 from volprep_formats.package.integral_table import LEAST_ENTRIES
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.palette import Palette
 from volprep_formats.package.program import LAID_OVER, ClassificationName, CompositingName, Sampler, TechniqueName
 from volprep_formats.package.texture import Texture
 
@@ -95,8 +94,7 @@ def _lookup(manifest: Manifest, transfer: str, suffix: str, _dialect: Dialect) -
 
 
 def _palette(manifest: Manifest, transfer: str, suffix: str, dialect: Dialect) -> Feature:
-    palette: Palette = next(each for each in manifest.palettes if each.transfer == transfer)
-    entries = [literal(*entry.colour, entry.extinction_per_mm) for entry in palette.entries]
+    entries = [literal(*entry.colour, entry.extinction_per_mm) for entry in manifest.palette_of[transfer].entries]
     words = {"OF": suffix, "ENTRIES": str(len(entries)), "LAST_ENTRY": literal(len(entries) - 1)}
     if dialect == "es300":
         words["PALETTE"] = ",\n  ".join(entries)

@@ -270,8 +270,7 @@ def _features(
         lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, of_segments=of_segments)
         lit = lit_in_voxels(lit) if features[1].slots["classification"] == VOXELS else lit
     if program.baked:
-        lights = [each for each in manifest.textures if each.role == "light" and not each.is_of_a_cut]
-        held = next(each for each in lights if each.transfer == program.transfer)
+        held = manifest.lights()[program.transfer]
         features[1], lit = with_baked_light(
             features[1], lit, held, manifest.profile.dialect, in_runs=skipping is not None
         )

@@ -36,11 +36,6 @@ from volprep_formats.textures.mosaic import slices_of_mosaic
 _ROOT_STEP = 0.002
 
 
-def holds_labels(manifest: Manifest) -> bool:
-    """Return whether the voxels of a package of one channel are labels, which it samples without mixing them."""
-    return any(each.role in {"volume", "slices"} and each.filter == "nearest" for each in manifest.textures)
-
-
 def light_of_scan(manifest: Manifest) -> Normals:
     """Return the scan's lighting to match the programs: unquantised gradients; None if they are unlit."""
     lit = next((program for program in manifest.programs if program.lighting != "none"), None)
@@ -98,7 +93,7 @@ def level_volume(package: Package, level: int) -> Volume:
         grid,
         quantization.slope * scale,
         quantization.intercept,
-        holds_labels(manifest),
+        manifest.holds_labels,
         _light_of_level(package, level),
     )
 
@@ -115,8 +110,8 @@ def _light_of_level(package: Package, level: int) -> Normals:
 
 def _level_normals(package: Package, level: int) -> Float32Array:
     """Decode the normals of `level`, as long as their codes make them."""
-    textures = package.manifest.textures
-    code = next(each.normals.code for each in textures if each.level == level and each.normals is not None)
+    textures = package.manifest.textures_of("normals", level=level)
+    code = next(texture.normals.code for texture in textures if texture.normals is not None)
     octets = np.asarray(level_texels(package, level, "normals"), np.uint8)
     return np.ascontiguousarray(interpolated(octets, code))
 
@@ -127,9 +122,9 @@ def baked_fields(package: Package, turn: Float64Array | None = None, *, cut: boo
     The rotation `turn` [3, 3] of the patient's space turns light that apps may turn.
     """
     return {
-        texture.transfer: _baked_field(package, texture, turn)
-        for texture in package.manifest.textures
-        if texture.light is not None and texture.transfer is not None and texture.is_of_a_cut == cut
+        transfer: _baked_field(package, texture, turn)
+        for transfer, texture in package.manifest.lights(cut=cut).items()
+        if transfer is not None
     }
 
 
@@ -187,7 +182,7 @@ def table_function(
     """
     manifest = package.manifest
     function = manifest.function(transfer)
-    palette = next((item for item in manifest.palettes if item.transfer == transfer), None)
+    palette = manifest.palette_of.get(transfer)
     if palette is not None:
         return _palette_function(palette, _quantization(package).window, function)
     texture = table_for(manifest.textures, "transfer", transfer, level)

@@ -36,7 +36,7 @@ def parted(voxels: NDArray[np.generic]) -> tuple[NDArray[np.generic], NDArray[np
 
 def held_looks(package: Package) -> Sequence[Look]:
     """Decode the looks of the labels of a package."""
-    file = next(each.file for each in package.manifest.textures if each.role == "looks")
+    file = package.manifest.textures_of("looks")[0].file
     held = looks_of_texels(ktx2.decode(package.read_bytes(file), file).data)
     return [(red, green, blue, opacity) for red, green, blue, opacity in held.tolist()]
 

@@ -155,7 +155,7 @@ def _unit(vectors: Float64Array) -> Float64Array:
 
 
 def _placed(rgba: Float64Array, hits: Hits, along: Float64Array, to_light: Float64Array, lit: Lit) -> Float64Array:
-    """Return the pixels as a light with a place lights them: native/include/volprep/oracle_refined.hpp says how."""
+    """Return the pixels as a light with a place lights them: native/include/volprep/oracle.hpp says how."""
     light = lit.light or Light(place_mm_xyz=(0.0, 0.0, 0.0))
     normal = _unit(hits.normal)
     normal *= np.where((normal * along).sum(axis=-1, keepdims=True) > 0.0, -1.0, 1.0)

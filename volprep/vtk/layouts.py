@@ -120,7 +120,7 @@ def _bricks(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     if not pools:
         return
     pool = min(pools, key=lambda each: each.level or 0)
-    places = next(each for each in textures if each.role == "bricks" and each.level == pool.level)
+    places = package.manifest.textures_of("bricks", level=pool.level)[0]
     layout = pool.bricks
     if layout is None:
         return

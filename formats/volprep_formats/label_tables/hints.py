@@ -53,8 +53,7 @@ def _is_package_of_labels(path: Path) -> bool:
         return False
     from volprep_formats.package.reader import Package  # noqa: PLC0415 - seldom needed
 
-    textures = Package.open(path, allow_draft=True).manifest.textures
-    return any(texture.role in {"volume", "slices"} and texture.filter == "nearest" for texture in textures)
+    return Package.open(path, allow_draft=True).manifest.holds_labels
 
 
 def _head(path: Path) -> bytes:

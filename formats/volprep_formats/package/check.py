@@ -59,7 +59,7 @@ def data_of_others(package: Package) -> tuple[str, ...]:
     """Return a warning for each JSON file of a package that has passed `check` and has `extras` or `extensions`."""
     with open_contents(package.path, MANIFEST) as contents:
         files = {MANIFEST: contents.read()}
-    files |= {each.path: package.read_bytes(each.path) for each in package.manifest.files if each.role == "grid"}
+    files |= {each.path: package.read_bytes(each.path) for each in package.manifest.files_of("grid")}
     found = {name: [*places_of_others(parse_json(data))] for name, data in files.items()}
     return tuple(
         f"{name} holds data of others, which nothing here has checked and which may name a patient: "
@@ -85,7 +85,7 @@ def _errors(package: Package, *, strict: bool) -> Iterator[VolprepError]:
         # Of two records of one file only the last one is compared below.
         yield from wrong_sizes(path, manifest, sizes)
     textures: dict[str, list[Texture]] = {}
-    for texture in (each for each in manifest.textures if each.role in TEXTURE_ROLES):
+    for texture in manifest.textures_of(*TEXTURE_ROLES):
         textures.setdefault(texture.file, []).append(texture)
     meshes = {mesh.file: mesh for mesh in (manifest.proxy.meshes if manifest.proxy else ()) if mesh.file is not None}
     for record in manifest.files:

@@ -25,7 +25,7 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     Or its normals, as [z, y, x, byte]. Compressed and sRGB values come as normalised float32. Raises what
     `Package.read_bytes` and the texture reader raise.
     """
-    held = package.manifest.held(role, level)
+    held = package.manifest.textures_of(role, level=level)
     textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
     mosaic = textures[0].mosaic
     if [texture.part for texture in textures] != list(range(1 if mosaic is None else mosaic.textures)):
@@ -73,7 +73,7 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
 
     Raises what `level_texels` raises.
     """
-    texture = next(iter(package.manifest.held("volume", level)), None)
+    texture = next(iter(package.manifest.textures_of("volume", level=level)), None)
     record = next((each for each in package.manifest.files if texture and each.path == texture.file), None)
     if texture is None or record is None:
         # The code that reads the whole level reports the error.
@@ -101,7 +101,7 @@ def _from_bricks(
     package: Package, pool: Texture, texels: NDArray[np.generic], layout: BrickLayout
 ) -> NDArray[np.generic]:
     """Return the voxels of a level stored as bricks."""
-    held = package.manifest.held("bricks", pool.level)
+    held = package.manifest.textures_of("bricks", level=pool.level)
     places = next((each for each in held if each.channels == pool.channels), None)
     problem: str | None = f"no texture says where the bricks of {pool.file} are"
     if places is not None:

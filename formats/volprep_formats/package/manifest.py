@@ -172,6 +172,24 @@ class PartRecords(Record):
     preview: PackagePath | None = None
     """Picture of the package, PNG."""
 
+    def textures_of(self, *roles: str, level: int | None = None) -> list[Texture]:
+        """Return the textures of some roles, or of all if none is given; with `level`, those of one level."""
+        held = (texture for texture in self.textures if not roles or texture.role in roles)
+        return [texture for texture in held if level is None or texture.level == level]
+
+    def levels_of(self, role: str) -> list[int]:
+        """Return the levels that have textures of a role, the finest first."""
+        return sorted({texture.level for texture in self.textures_of(role) if texture.level is not None})
+
+    def lights(self, *, cut: bool = False) -> dict[str | None, Texture]:
+        """Return the textures of light that is computed once, by transfer function: of the whole volume, or cut."""
+        return {each.transfer: each for each in self.textures if each.light is not None and each.is_of_a_cut == cut}
+
+    @property
+    def palette_of(self) -> dict[str, Palette]:
+        """Palettes by their transfer functions."""
+        return {palette.transfer: palette for palette in self.palettes}
+
 
 class Contribution(PartRecords):
     """Addition of one run of a stage to the manifest, for one channel or for the package."""
@@ -256,6 +274,15 @@ class Manifest(Heading, PartRecords):
         """Transfer functions of all channels, the default one first."""
         return tuple(function for channel in self.channels for function in channel.transfer_functions)
 
+    @property
+    def holds_labels(self) -> bool:
+        """Whether the voxels of a package of one channel are labels, which it samples without mixing them."""
+        return any(texture.filter == "nearest" for texture in self.textures_of("volume", "slices"))
+
+    def files_of(self, role: str) -> list[FileRecord]:
+        """Return the files of a role."""
+        return [record for record in self.files if record.role == role]
+
     def opaque_length_mm(self, function: TransferFunction) -> float | None:
         """Return the length whose opacity pixels have, if pictures show one value of a ray; None if they show more."""
         of_one_value = all(program.compositing not in OF_ALL_SAMPLES for program in self.programs)
@@ -320,13 +347,9 @@ class Manifest(Heading, PartRecords):
         # Pieces are of level 0, as bricks on demand are.
         return PictureProgram(**fields, transfer=picture.name, levels=levels or (0,))
 
-    def held(self, role: str, level: int | None = None) -> tuple[Texture, ...]:
-        """Return the textures of a role: those of a level, or all."""
-        return tuple(each for each in self.textures if each.role == role and level in {None, each.level})
-
     def skips(self, program: Program) -> bool:
         """Return whether a program looks at skip tables."""
-        tables = {texture.name for texture in self.held("skip")}
+        tables = {texture.name for texture in self.textures_of("skip")}
         return any(
             program.name in drawing.programs and not tables.isdisjoint(drawing.textures) for _, drawing in self.drawings
         )

@@ -22,7 +22,7 @@ def contradictions(manifest: Manifest) -> Iterator[str]:
     Textures of roles that this version does not know are ignored: no program of this version reads them.
     """
     yield from _unique(manifest)
-    known = tuple(texture for texture in manifest.textures if texture.role in TEXTURE_ROLES)
+    known = tuple(manifest.textures_of(*TEXTURE_ROLES))
     manifest = manifest.model_copy(update={"textures": known})
     yield from _files(manifest)
     for texture in known:

@@ -126,7 +126,7 @@ def _channel(path: Path, channel: str | int | None) -> tuple[Package, FileRecord
 
 def _held_levels(manifest: Manifest) -> set[int]:
     """Levels that have textures of values."""
-    return {each.level for each in manifest.held("volume") if each.transfer is None and each.level is not None}
+    return {each.level for each in manifest.textures_of("volume") if each.transfer is None and each.level is not None}
 
 
 def _working_volume(package: Package, work: FileRecord) -> VolumeSource:

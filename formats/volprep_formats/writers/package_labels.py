@@ -60,7 +60,7 @@ def labels_of_level(path: Path, level: int | None, channel: str | None) -> tuple
         raise VolprepError("VP1330", path=path)
     for _, source in found[-1].levels:
         return found[-1], source
-    held = sorted({each.level for each in package.manifest.held("labels") if each.level is not None})
+    held = package.manifest.levels_of("labels")
     raise VolprepError("VP1250", path=path, level=level, found=", ".join(map(str, held)) or "none")
 
 
@@ -81,7 +81,7 @@ def _stored_type(numbers: Sequence[int]) -> StoredType | None:
 
 def _is_label_map(manifest: Manifest) -> bool:
     """Whether a channel holds labels: they alone are sampled nearest."""
-    return any(each.filter == "nearest" and each.transfer is None for each in manifest.held("volume"))
+    return any(each.filter == "nearest" and each.transfer is None for each in manifest.textures_of("volume"))
 
 
 def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
@@ -120,7 +120,7 @@ def _segments(package: Package, segments: Segments, level: int | None) -> LabelI
     manifest = package.manifest
     values = _values_of(segments)
     stored_type: StoredType = _stored_type(values) or "uint16"
-    held = {each.level for each in manifest.held("labels")}
+    held = manifest.levels_of("labels")
     chosen = [each for each in manifest.levels if each.index in held and level in {None, each.index}]
 
     def levels() -> Iterator[tuple[int, VolumeSource]]:

@@ -229,5 +229,5 @@ def _costs(manifest: Manifest, transfers: Sequence[str]) -> list[tuple[int, int]
 
 def _transport_bytes(package: Package) -> int:
     """Return the size of the textures as a server sends them, deflated."""
-    files = (record.path for record in package.manifest.files if record.role == "texture")
+    files = (record.path for record in package.manifest.files_of("texture"))
     return sum(len(zlib.compress(package.read_bytes(file), 1)) for file in files)

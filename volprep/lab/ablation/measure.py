@@ -203,7 +203,7 @@ class VariantBench:
             # The planned package draws the level in question, the other package draws the level that replaces it.
             timed = self.gauge.timed(self.planned, (transfer,), (level, finer))
             rmse, maximum = self.gauge.errors(self.planned, transfer, finer)
-            files = sum(self._bytes_of(texture.file) for texture in manifest.textures if texture.level == level)
+            files = sum(self._bytes_of(texture.file) for texture in manifest.textures_of(level=level))
             other = Measurement(
                 package_bytes=self.measured_as_planned.package_bytes - files,
                 transport_bytes=self.measured_as_planned.transport_bytes,
@@ -245,8 +245,8 @@ class VariantBench:
         manifest = self.planned.manifest
         for item in manifest.plan:
             files = set(item.files)
-            textures = [each for each in manifest.textures if each.file in files]
-            levels = {each.level for each in textures if each.role == "volume"} - {manifest.levels[0].index}
+            volumes = (texture for texture in manifest.textures_of("volume") if texture.file in files)
+            levels = {texture.level for texture in volumes} - {manifest.levels[0].index}
             if not item.kept or not files or item.kind == PREVIEW or levels or _is_known(item.kind):
                 continue
             yield _planned(item.name, item.reason, found=self._drawn_without(item.name, files))

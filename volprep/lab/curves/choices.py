@@ -237,7 +237,7 @@ def _gradients_name(manifest: Manifest) -> str:
 
 
 def _tables_name(manifest: Manifest) -> str:
-    own = any(each.role in {"transfer", "preintegrated"} and each.level is not None for each in manifest.textures)
+    own = any(table.level is not None for table in manifest.textures_of("transfer", "preintegrated"))
     return f"{_classification_name(manifest)}, {'own' if own else 'common'} table"
 
 

@@ -1,4 +1,9 @@
-"""The part *compression*: textures of levels in compressed blocks."""
+"""The part *compression*: textures of levels in compressed blocks.
+
+In a volume in colour light and extinction share texels, so that one form is tried for all channels, on their common
+layout, and its pictures are measured: blocks mix the colours of neighbours, and rays through a few patches miss where
+that is worst.
+"""
 
 from collections.abc import Iterator, Sequence
 from typing import Literal

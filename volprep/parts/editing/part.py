@@ -1,4 +1,9 @@
-"""The part *editing*: data for apps whose users edit transfer functions."""
+"""The part *editing*: data for apps whose users edit transfer functions, and what such packages cannot have.
+
+If transfer functions are fixed, the plan leaves out everything that they do not show. If they may change, only tables
+that can be rebuilt may depend on them: no crop, no values without codes, no filter, mesh or voxel that shows one
+function only.
+"""
 
 from collections.abc import Iterator
 

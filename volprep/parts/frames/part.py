@@ -18,7 +18,7 @@ def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[Pla
     made = next((each for each in draft.manifest.stages if each.name == FramesPlan.STAGE), None)
     if made is None:
         return items
-    sizes = {record.path: record.size_bytes for record in draft.manifest.files if record.role == "texture"}
+    sizes = {record.path: record.size_bytes for record in draft.manifest.files_of("texture")}
     files = tuple(path for path in made.files if path in sizes)
     of_texture = {texture.name: sizes[texture.file] for texture in draft.manifest.textures}
     shown = {(drawing.frame or 0, name) for _, drawing in draft.manifest.drawings for name in drawing.textures}

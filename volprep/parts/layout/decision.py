@@ -6,8 +6,8 @@ from volprep.parts.bricks.decision import Bricks, as_bricks
 from volprep.parts.case import Case
 from volprep.parts.classification.decision import CLASSIFIED_BITS, tables_bytes
 from volprep.parts.levels.decision import candidate_levels, filter_of
-from volprep.parts.on_demand.decision import POOL_SHARE, plan_on_demand
 from volprep.parts.mosaic.decision import as_compressed_mosaic, as_mosaic
+from volprep.parts.on_demand.decision import POOL_SHARE, plan_on_demand
 from volprep.parts.programs.decision import passes_before, ray_casters
 from volprep.parts.texture.mipmaps import in_one_texture, mipmap_levels
 from volprep.plan.decisions import Layout

@@ -5,7 +5,7 @@ interpolation before classification is wrong for it. Ways to make a level are co
 
 - box, or another filter of values: values are reduced, and classified then.
 - transmittance: level 0 is classified, and what light does in the columns of each cell is averaged
-  (`volprep/native/include/volprep/rgba_reduce.hpp`).
+  (`volprep/native/include/volprep/reductions.hpp`).
 - least-squares: level 0 is classified, and each of the four channels fitted, so that the field between the voxels of
   the level misses it least.
 """

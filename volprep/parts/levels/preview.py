@@ -14,7 +14,7 @@ Pictures of several channels are not measured: a level is for previews there if 
 of a scan with its segments, whose borders move with coarser labels: all their coarser levels are for previews.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from volprep.plan.level_choice import LevelChoice, Trial
 from volprep_formats.package.manifest import Tolerance
@@ -63,15 +63,7 @@ def _allowed(tolerance: Tolerance) -> float:
 
 def error_along_rays(choice: LevelChoice) -> float:
     """Return the error of the level: along rays aimed at visible voxels if it was tried along them."""
-    return max([error.rmse for error in choice.errors] + [*map(_error, _chosen(choice))], default=0.0)
-
-
-def _chosen(choice: LevelChoice) -> Iterable[Trial]:
-    own = {table.transfer for table in choice.tables}
-    for trial in choice.trials:
-        of_choice = (trial.filter, trial.on) == (choice.filter, "whole")
-        if of_choice and (trial.table == "adapted") == (trial.transfer in own):
-            yield trial
+    return max([error.rmse for error in choice.errors] + [*map(_error, choice.chosen)], default=0.0)
 
 
 def _error(trial: Trial) -> float:

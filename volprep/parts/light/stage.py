@@ -2,6 +2,10 @@
 
 A texel holds the light where the share is 0, and the light where it is 1 (volprep/parts/light/codes.py); light that an
 app turns has half of the slices for each of these. A volume that planes cut may have a second light.
+
+Light that an app turns is that of four environments, as bright as 1 + w · t in the direction w, with t the corners of a
+tetrahedron: they span all that change like a cosine (volprep_formats/package/parts/light/environment.py). No light is
+negative, so all four are fitted and coded as any other light, with the same places and random numbers.
 """
 
 from collections.abc import Iterator

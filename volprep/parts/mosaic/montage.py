@@ -47,11 +47,11 @@ def write_montage(package: Package, level: int | None, path: Path, *, normals: b
     Raises VP1250 if no texture holds that, VP5021 if the file cannot be written.
     """
     role: Literal["volume", "normals", "slices"] = "normals" if normals else "volume"
-    if not normals and any(each.role == "slices" for each in package.manifest.textures):
+    if not normals and package.manifest.textures_of("slices"):
         role = "slices"
     require_png_place(path)
-    textures = [each for each in package.manifest.textures if each.role == role]
-    held = sorted({each.level for each in textures if each.level is not None})
+    textures = package.manifest.textures_of(role)
+    held = package.manifest.levels_of(role)
     if not held or level not in {None, *held}:
         wanted = f"{'' if level is None else level} with normals".strip() if normals else level
         raise VolprepError("VP1250", path=package.path, level=wanted, found=", ".join(map(str, held)) or "none")
@@ -83,7 +83,7 @@ def montage(voxels: NDArray[np.generic], level: int = 0, largest: int = LARGEST)
 
 def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) -> NDArray[np.generic]:
     texels = level_texels(package, level, role=role)
-    texture = next(each for each in package.manifest.textures if each.role == role)
+    texture = package.manifest.textures_of(role)[0]
     if texture.reference_mm is not None:
         return _over_black(texels)
     return texels if texture.normals is None else _colours(texels, texture.normals.code)

@@ -1,4 +1,7 @@
-"""The part *proxy*: meshes around visible voxels; rays begin and end on them."""
+"""The part *proxy*: meshes around visible voxels; rays begin and end on them. They are checked before they are written.
+
+Whether files are compressed is decided for all channels together: an app loads a decoder once for a package.
+"""
 
 import math
 from collections.abc import Iterator, Sequence

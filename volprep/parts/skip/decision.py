@@ -210,7 +210,7 @@ def _normals_of(level: LevelPlan, normals: NormalsPlan | None) -> tuple[int, int
     """Texture units and bytes that the normals of a level take."""
     if normals is None:
         return 0, 0
-    texture = next(each for each in normals.textures if each.level == level.index)
+    (texture,) = normals.of_level(level.index)
     return len(texture.files), len(texture.files) * size_bytes(normals.format, texture.shape_zyx)
 
 

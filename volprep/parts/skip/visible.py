@@ -38,9 +38,9 @@ def entry_table(extinctions: Extinctions, window: tuple[float, float], function:
 
 def _extinctions(draft: Draft, plan: ChannelPlan, transfer: str, level: int) -> Extinctions:
     manifest = draft.manifest
-    for palette in manifest.palettes:
-        if palette.transfer == transfer:
-            return np.array([entry.extinction_per_mm for entry in palette.entries])
+    palette = manifest.palette_of.get(transfer)
+    if palette is not None:
+        return np.array([entry.extinction_per_mm for entry in palette.entries])
     if not plan.tables:
         return _between_points(plan, transfer)
     tables = (table_for(manifest.textures, role, transfer, level) for role in ("transfer", "preintegrated"))

@@ -129,7 +129,7 @@ def _beside(group: Sequence[ChannelPlan], level: int) -> Beside:
         tables = [size_bytes(table.format, (1, 1, table.entries)) for table in plan.lookups]
         tables += [size_bytes(table.format, table.shape_zyx) for table in plan.preintegrated]
         planned = plan.part(NormalsPlan)
-        normals = [] if planned is None else [each for each in planned.textures if each.level == level]
+        normals = [] if planned is None else planned.of_level(level)
         units += (1 if tables else 0) + sum(len(each.files) for each in normals)
         size += max(tables, default=0)
         if planned is not None:

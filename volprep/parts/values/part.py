@@ -39,7 +39,7 @@ def _has_border(manifest: Manifest) -> bool | None:
 
 
 def _has_wide_codes(manifest: Manifest) -> bool | None:
-    labels = any(texture.filter == "nearest" for texture in manifest.textures if texture.role == "volume")
+    labels = any(texture.filter == "nearest" for texture in manifest.textures_of("volume"))
     return None if labels or manifest.quantization is None else manifest.quantization.bits == 16
 
 

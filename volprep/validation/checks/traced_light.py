@@ -79,9 +79,8 @@ def measure_cut_light(bench: Bench, program: PictureProgram) -> TracedLight | No
 
 
 def _light_of(subject: Subject, program: PictureProgram, *, cut: bool) -> StoredLight | None:
-    textures = subject.package.manifest.textures if program.baked else ()
-    found = (each.light for each in textures if each.transfer == program.transfer and each.is_of_a_cut == cut)
-    return next((light for light in found if light is not None), None)
+    texture = subject.package.manifest.lights(cut=cut).get(program.transfer) if program.baked else None
+    return None if texture is None else texture.light
 
 
 def _lit(subject: Subject, program: PictureProgram, light: StoredLight) -> LitVolume:

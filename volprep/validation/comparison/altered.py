@@ -28,7 +28,7 @@ class Altered(Package):
 def with_common_tables(package: Package) -> Package:
     """Return the package in which no level has a table of its own."""
     manifest = package.manifest
-    tables = [texture for texture in manifest.textures if texture.role in _TABLES]
+    tables = manifest.textures_of(*_TABLES)
     common = {(texture.role, texture.transfer): texture.name for texture in tables if texture.level is None}
     others = {texture.name: common[texture.role, texture.transfer] for texture in tables if texture.level is not None}
     pictures = _with_textures(manifest.pictures, lambda drawing: [others.get(name, name) for name in drawing.textures])

@@ -33,7 +33,7 @@ def findings_of(package: Package, draft: ComparingDraft, items: Sequence[PlanIte
         problems += plan_differences(manifest.plan, items)
     for problem in problems:
         yield Deviation(code="VP6031", item="manifest.json", problem=problem)
-    shaders = {record.path for record in derived.files if record.role == "shader"}
+    shaders = {record.path for record in derived.files_of("shader")}
     for path, difference in draft.differences.items():
         texture = next((each for each in derived.textures if each.file == path), None)
         if texture is not None and _is_fitted(texture) and _within_a_step(package, draft, texture):

@@ -186,6 +186,10 @@ class Sweep(Record):
     convergence: Convergence
     """Order of convergence at the finest level."""
 
+    def of_level(self, level: int) -> list[SweepPoint]:
+        """Return the points of a level."""
+        return [point for point in self.points if point.level == level]
+
 
 class LevelComparison(Record):
     """Gain of a coarse level from how it was made: the oracle on the data against truth, in the view of the sweep."""

@@ -17,7 +17,7 @@ from volprep.scene.channels import drawn_channels, with_listed_channels
 from volprep.scene.profiles import load_profile
 from volprep.scene.request import at_place, load_request
 from volprep.scene.scene import Scene, SceneRender
-from volprep.truth.decoded import holds_labels, light_of_scan
+from volprep.truth.decoded import light_of_scan
 from volprep.truth.volume import Volume
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
@@ -131,5 +131,5 @@ def read_scan(manifest: Manifest, spec: SourceSpec, progress: Progress) -> Volum
     if found != manifest.source.sha256:
         expected = manifest.source.sha256
         raise VolprepError("VP6013", path=spec.path, package=manifest.name, found=found[:12], expected=expected[:12])
-    labels, kernel = holds_labels(manifest), light_of_scan(manifest)
+    labels, kernel = manifest.holds_labels, light_of_scan(manifest)
     return Volume(stored, manifest.source.info.grid, info.slope, info.intercept, labels, kernel)

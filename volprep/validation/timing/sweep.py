@@ -211,7 +211,7 @@ class _Sweeper:
         return LevelFloor(
             level=level,
             shape_zyx=manifest.level(level).grid.shape_zyx,
-            texture_bytes=sum(sizes[texture.file] for texture in manifest.textures if texture.level == level),
+            texture_bytes=sum(sizes[texture.file] for texture in manifest.textures_of(level=level)),
             data=errors(on_data, truth),
         )
 

@@ -74,7 +74,7 @@ def check_levels(
         raise CannotWitnessError("levels are compressed: pictures witness them")
     if any(each.bricks is not None for each in textures):
         raise CannotWitnessError("levels are bricks without what cannot be seen: pictures witness them")
-    volumes = [each for each in textures if each.role == "volume"]
+    volumes = subject.package.manifest.textures_of("volume")
     if is_light and not all(each.format.endswith("srgb") for each in volumes):
         raise CannotWitnessError("its light is not stored as sRGB: pictures witness it")
     for level in levels:
@@ -121,8 +121,8 @@ def _near_seen(fine: Floats, factors: tuple[int, ...], functions: Sequence[tuple
 
 
 def _is_half_float(subject: Subject, level: Json) -> bool:
-    textures = [each for each in subject.package.manifest.textures if each.role == "volume"]
-    return any(each.format == "r16float" and each.level == int(level["index"]) for each in textures)
+    textures = subject.package.manifest.textures_of("volume", level=int(level["index"]))
+    return any(texture.format == "r16float" for texture in textures)
 
 
 def _half_float_steps(held: Floats, window: tuple[float, float]) -> Floats:

@@ -7,31 +7,32 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from volprep.validation.witness.independent import (
-    read_arrays,
-    read_dicom,
-    read_itk,
-    read_nifti,
-    read_nrrd,
-    read_stack,
-    read_tiff,
-)
+from volprep.validation.witness.independent import read_dicom, read_stack
 from volprep.validation.witness.independent.colours import channel_of
 from volprep.validation.witness.independent.scan import CannotWitnessError, WitnessedScan
+from volprep.validation.witness.independent.volume_files import (
+    read_itk,
+    read_itk_series,
+    read_nifti,
+    read_npy,
+    read_nrrd,
+    read_ome_tiff,
+    read_raw,
+)
 
 Source = Mapping[str, Any]
 """The table [source] of a scene, or one of its channels."""
 Reader = Callable[[Path, Source], WitnessedScan]
 
 _READERS: dict[str, tuple[tuple[str, str, Reader], ...]] = {
-    "dicom": (("pydicom", "pydicom", read_dicom.read), ("SimpleITK", "SimpleITK", read_itk.read_series)),
-    "nifti": (("nibabel", "nibabel", read_nifti.read), ("SimpleITK", "SimpleITK", read_itk.read)),
-    "nrrd": (("nrrd", "pynrrd", read_nrrd.read), ("SimpleITK", "SimpleITK", read_itk.read)),
-    "metaimage": (("SimpleITK", "SimpleITK", read_itk.read),),
-    "ome-tiff": (("tifffile", "tifffile", read_tiff.read),),
+    "dicom": (("pydicom", "pydicom", read_dicom.read), ("SimpleITK", "SimpleITK", read_itk_series)),
+    "nifti": (("nibabel", "nibabel", read_nifti), ("SimpleITK", "SimpleITK", read_itk)),
+    "nrrd": (("nrrd", "pynrrd", read_nrrd), ("SimpleITK", "SimpleITK", read_itk)),
+    "metaimage": (("SimpleITK", "SimpleITK", read_itk),),
+    "ome-tiff": (("tifffile", "tifffile", read_ome_tiff),),
     "stack": (("tifffile", "tifffile", read_stack.read_tiff), ("PIL", "pillow", read_stack.read_pictures)),
-    "raw": (("numpy", "numpy", read_arrays.read_raw),),
-    "npy": (("numpy", "numpy", read_arrays.read_npy),),
+    "raw": (("numpy", "numpy", read_raw),),
+    "npy": (("numpy", "numpy", read_npy),),
 }
 """Module, distribution and reader for each format, the preferred one first."""
 _SUFFIXES = {
