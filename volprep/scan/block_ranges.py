@@ -2,7 +2,7 @@
 
 Independent of the transfer function, so that a device that has them can find the empty blocks again after an edit.
 A block of B cells along an axis holds B + 1 voxels, the last shared with the next block: every voxel that trilinear
-interpolation touches inside it. `volprep/native/include/volprep/block_minmax.hpp` derives which.
+interpolation touches inside it. `volprep/native/include/volprep/statistics.hpp` derives which.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,7 @@ As published: with an opacity for each step (mobile volume rendering thesis; Sch
 from typing import get_args
 
 from volprep.techniques.record import Technique
-from volprep.truth.published_steps import published_steps
+from volprep.truth.published import published_steps
 from volprep_formats.package.program import ClassificationName, CompositingName, Sampling
 
 RAY_CASTING = Technique(

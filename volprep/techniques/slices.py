@@ -1,7 +1,7 @@
 """Layers across the view or an axis, blended (Noguera and Jiménez 2012, section 3.2), and slices as published there."""
 
 from volprep.techniques.record import Technique
-from volprep.truth.published_slices import published_slices
+from volprep.truth.published import published_slices
 
 VIEW_SLICES = Technique(
     name="view-slices",

@@ -3,7 +3,7 @@
 from typing import get_args
 
 from volprep.techniques.record import Technique
-from volprep.truth.published_positions import published_positions
+from volprep.truth.published import published_positions
 from volprep_formats.package.program import ClassificationName, CompositingName
 
 TWO_PASS = Technique(

@@ -8,17 +8,20 @@
 
 namespace volprep::bind {
 
-inline Shape3 block_factors(Triple factors) {
+inline Shape3 checked_factors(Triple factors, int64_t most_voxels, const std::string& most) {
     const Shape3 shape{factors[0], factors[1], factors[2]};
     bool fits = shape.z >= 1 && shape.y >= 1 && shape.x >= 1;
     // One at a time, so that the product itself cannot overflow.
-    for (int64_t left = max_block_voxels; const int64_t factor : factors) {
+    for (int64_t left = most_voxels; const int64_t factor : factors) {
         fits = fits && factor <= left;
         left = fits ? left / factor : 0;
     }
-    require(fits, "factors_zyx is " + text(shape) + ", expected factors of at least 1 with a product of at most 2^21");
+    require(fits,
+            "factors_zyx is " + text(shape) + ", expected factors of at least 1 with a product of at most " + most);
     return shape;
 }
+
+inline Shape3 block_factors(Triple factors) { return checked_factors(factors, max_block_voxels, "2^21"); }
 
 inline void require_level(const AnyVolume& src, const char* name, const AnyMutableVolume& dst, Shape3 factors) {
     require_voxels(shape_of(src));

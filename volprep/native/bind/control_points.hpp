@@ -6,7 +6,7 @@
 #include <string>
 
 #include "checks.hpp"
-#include "volprep/preintegrate.hpp"
+#include "volprep/rays.hpp"
 
 namespace volprep::bind {
 

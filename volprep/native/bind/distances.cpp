@@ -1,8 +1,8 @@
+#include "volprep/distances.hpp"
+
 #include <vector>
 
 #include "checks.hpp"
-#include "volprep/chebyshev_distance.hpp"
-#include "volprep/euclidean_distance.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep::bind::distances {

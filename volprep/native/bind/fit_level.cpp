@@ -3,8 +3,7 @@
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
-#include "volprep/box_reduce.hpp"
-#include "volprep/sample_means.hpp"
+#include "volprep/shape.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind::fit_level {

@@ -1,9 +1,8 @@
-#include "volprep/fit_values.hpp"
-
 #include <nanobind/stl/array.h>
 
 #include "checks.hpp"
-#include "volprep/box_reduce.hpp"
+#include "volprep/fit_level.hpp"
+#include "volprep/shape.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind::fit_values {

@@ -10,7 +10,6 @@
 #include "checks.hpp"
 #include "kernels.hpp"
 #include "volprep/oracle.hpp"
-#include "volprep/oracle_refined.hpp"
 #include "voxels.hpp"
 
 namespace volprep::bind {

@@ -1,11 +1,10 @@
 // Block minimum and maximum. The rows of a layer of blocks are folded into one row of minima and one of maxima (whole
 // vectors, whatever the block size), and only that row is then cut into blocks.
-#include "volprep/block_minmax.hpp"
-
 #include <limits>
 #include <type_traits>
 
 #include "volprep/clones.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/threads.hpp"
 #include "volprep/voxel_order.hpp"
 

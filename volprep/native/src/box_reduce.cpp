@@ -1,12 +1,11 @@
 // Box reduction. 2×2×2, the step from one pyramid level to the next, has its own loop over four rows; any other factors
 // go through row sums kept in a tile on the stack.
-#include "volprep/box_reduce.hpp"
-
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
 
 #include "volprep/clones.hpp"
+#include "volprep/reductions.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/threads.hpp"
 

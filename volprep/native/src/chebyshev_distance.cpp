@@ -1,11 +1,10 @@
 // The chessboard distance of Rosenfeld and Pfaltz (1968): unit steps to 26 neighbours, propagated forth and back. Axis
 // by axis, so that all but the first is min and +1 over whole rows: a step across a row reaches its two neighbours as
 // well, a step across a slice the 3×3 around.
-#include "volprep/chebyshev_distance.hpp"
-
 #include <algorithm>
 
 #include "volprep/clones.hpp"
+#include "volprep/distances.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -1,9 +1,8 @@
 // Some columns at a time, which lie beside each other in memory: as many as leave work for each thread.
-#include "volprep/column_light.hpp"
-
 #include <algorithm>
 
 #include "volprep/beam.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

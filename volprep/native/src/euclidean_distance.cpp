@@ -2,14 +2,13 @@
 // z the least of n² + the square n cells away. Whole vectors of columns look outwards together. They stop when n² is no
 // less than the worst of them, and pass over every row that is too far off in all columns: where the nearest occupied
 // cell is 75 cells away on average that halves the time. In 16 bits, which bounds the search at 254 cells.
-#include "volprep/euclidean_distance.hpp"
-
 #include <omp.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "volprep/clones.hpp"
+#include "volprep/distances.hpp"
 
 namespace volprep {
 namespace {

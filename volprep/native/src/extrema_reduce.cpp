@@ -1,14 +1,12 @@
 // Minimum and maximum of blocks. The rows of a layer of blocks are folded into one, whole vectors whatever the factors,
 // and only that one is then cut into blocks.
-#include "volprep/extrema_reduce.hpp"
-
 #include <omp.h>
 
 #include <algorithm>
 
-#include "volprep/box_reduce.hpp"
 #include "volprep/clones.hpp"
 #include "volprep/ordered.hpp"
+#include "volprep/reductions.hpp"
 
 namespace volprep {
 namespace {

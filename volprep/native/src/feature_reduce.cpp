@@ -1,7 +1,6 @@
 // Noise-gated extremum over a smooth base: see the header for the formula, separable.hpp for the passes.
-#include "volprep/feature_reduce.hpp"
-
 #include "volprep/clones.hpp"
+#include "volprep/reductions.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/separable.hpp"
 #include "volprep/separable_mean.hpp"

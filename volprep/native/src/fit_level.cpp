@@ -12,9 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "volprep/box_reduce.hpp"
 #include "volprep/clones.hpp"
-#include "volprep/look.hpp"
+#include "volprep/shape.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

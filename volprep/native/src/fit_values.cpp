@@ -1,13 +1,12 @@
 // Influence is a product of one along each axis. So are its sums over voxels, which make the level from level 0
 // once, and the sums of products of two voxels of the level, which are neighbours: three bands along each axis.
-#include "volprep/fit_values.hpp"
-
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "volprep/box_reduce.hpp"
 #include "volprep/clones.hpp"
+#include "volprep/fit_level.hpp"
+#include "volprep/shape.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -1,10 +1,10 @@
 // Joint histogram of a volume and a coarser level: rows of the level are blended once for each row of voxels.
-#include "volprep/joint_histogram.hpp"
-
 #include <omp.h>
 
 #include <algorithm>
 #include <limits>
+
+#include "volprep/statistics.hpp"
 
 namespace volprep {
 namespace {

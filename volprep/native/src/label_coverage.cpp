@@ -1,9 +1,9 @@
 // Counts the labels at a regular set of points in each voxel. A point is looked up at its nearest voxel: labels are
 // constant in each voxel of their own grid, so that more points only measure the covered volume better.
-#include "volprep/label_coverage.hpp"
-
 #include <array>
 #include <cmath>
+
+#include "volprep/reductions.hpp"
 
 namespace volprep {
 namespace {

@@ -1,11 +1,10 @@
 // Histogram of the Laplacian's size: a row of it at a time, then a tally of the row.
-#include "volprep/laplacian_histogram.hpp"
-
 #include <omp.h>
 
 #include <type_traits>
 
 #include "volprep/clones.hpp"
+#include "volprep/statistics.hpp"
 
 namespace volprep {
 namespace {

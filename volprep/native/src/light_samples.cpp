@@ -1,9 +1,8 @@
 // Each sample has its own stream of random numbers, so that threads do not show in the result.
-#include "volprep/light_samples.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "volprep/light.hpp"
 #include "volprep/light/make_medium.hpp"
 #include "volprep/oracle/walk.hpp"
 #include "volprep/threads.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "volprep/light_fit.hpp"
+#include "volprep/light.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

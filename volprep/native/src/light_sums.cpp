@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "volprep/light_fit.hpp"
+#include "volprep/light.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -1,9 +1,8 @@
 // Separable linear filters: see the header for the arithmetic, separable.hpp for the passes.
-#include "volprep/linear_reduce.hpp"
-
 #include <limits>
 
 #include "volprep/clones.hpp"
+#include "volprep/reductions.hpp"
 #include "volprep/rounding.hpp"
 #include "volprep/separable.hpp"
 #include "volprep/separable_mean.hpp"

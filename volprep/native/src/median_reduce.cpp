@@ -1,11 +1,10 @@
 // Median of blocks by bisection: bit by bit from the highest, the lower median is the largest number that at most so
 // many voxels are less than. No voxel is moved, and a run of blocks is one vector: 8 to 32 rounds of comparing and
 // counting.
-#include "volprep/median_reduce.hpp"
-
 #include <limits>
 
 #include "volprep/ordered.hpp"
+#include "volprep/reductions.hpp"
 #include "volprep/rounding.hpp"
 
 namespace volprep {

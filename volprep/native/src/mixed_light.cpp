@@ -1,10 +1,9 @@
 // Some rays at a time, which lie beside each other in memory, sample by sample.
-#include "volprep/mixed_light.hpp"
-
 #include <algorithm>
 #include <vector>
 
 #include "volprep/beam.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -1,6 +1,6 @@
 // Mode of blocks. Small blocks compare every voxel with every other, a run of blocks at a time; large ones count in a
 // table. Runs of blocks that hold one value only, most of a label volume, are seen at once.
-#include "volprep/mode_reduce.hpp"
+#include "volprep/reductions.hpp"
 
 namespace volprep {
 namespace {

@@ -1,9 +1,8 @@
 // Every factor-th voxel.
-#include "volprep/nearest_reduce.hpp"
-
 #include <algorithm>
 
 #include "volprep/clones.hpp"
+#include "volprep/reductions.hpp"
 
 namespace volprep {
 namespace {

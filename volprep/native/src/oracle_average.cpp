@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
-#include "volprep/oracle_projection.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

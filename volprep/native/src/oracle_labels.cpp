@@ -1,11 +1,10 @@
 // Rays through a scan with labels.
-#include "volprep/oracle_labels.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/labelled.hpp"
 #include "volprep/oracle/mixed.hpp"
 #include "volprep/threads.hpp"

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/labelled.hpp"
 #include "volprep/oracle/labelled_medium.hpp"
 #include "volprep/oracle/refine.hpp"
-#include "volprep/oracle_labels.hpp"
 
 namespace volprep {
 

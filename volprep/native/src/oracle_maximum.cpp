@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
-#include "volprep/oracle_projection.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -15,14 +15,13 @@
 // The transmittance of a shadow is exact: in each cell between a place and the light the optical depth is a polynomial.
 // It costs a walk to the light, so that with shadows each part is refined for itself, as far as it is seen: half of the
 // tolerance is shared equally, half by what parts show.
-#include "volprep/oracle_refined.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/refine.hpp"
 #include "volprep/oracle/walk.hpp"

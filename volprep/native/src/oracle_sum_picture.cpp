@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/sum.hpp"
-#include "volprep/oracle_sum.hpp"
 
 namespace volprep {
 

@@ -1,13 +1,12 @@
 // The first place along a ray where a trilinear field crosses a value. In a cell the field along the ray is a cubic: on
 // each of its monotone runs the side of the value changes at most once, and Newton's method inside a bracket finds the
 // place to the last digits. Cells and blocks that lie on one side are left out.
-#include "volprep/oracle_surface.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "volprep/oracle.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/oracle/walk.hpp"
 #include "volprep/threads.hpp"

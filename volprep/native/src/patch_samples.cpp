@@ -1,11 +1,10 @@
 // Some samples of a ray at a time: their positions become vectors, and their voxels are gathered. Some rays at a
 // time: neighbouring results are written together.
-#include "volprep/patch_samples.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "volprep/clones.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -1,9 +1,8 @@
 // Means and variances of independent samples, a stream of random numbers for each pixel or place.
-#include "volprep/path_tracer.hpp"
-
 #include <algorithm>
 #include <vector>
 
+#include "volprep/light.hpp"
 #include "volprep/light/make_medium.hpp"
 #include "volprep/oracle/frame.hpp"
 #include "volprep/threads.hpp"

@@ -1,8 +1,7 @@
-#include "volprep/preintegrate.hpp"
-
 #include <cmath>
 #include <vector>
 
+#include "volprep/rays.hpp"
 #include "volprep/straight_segment.hpp"
 
 namespace volprep {

@@ -1,7 +1,5 @@
 // Quantisation. For integers, code and error are functions of the stored value: they are computed once for each of the
 // 256 or 65536 values, and a voxel costs one look-up and one count. float32 is computed voxel by voxel.
-#include "volprep/quantize.hpp"
-
 #include <omp.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "volprep/clones.hpp"
 #include "volprep/rounding.hpp"
+#include "volprep/statistics.hpp"
 
 namespace volprep {
 namespace {

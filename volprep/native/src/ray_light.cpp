@@ -1,12 +1,11 @@
 // Forward: front to back. Derivatives: the light behind a sample is the whole light minus the light in front of it.
 // Red, green and blue depend on their own colour by the same weights, so that three blocks of the matrix are one.
-#include "volprep/ray_light.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "volprep/clones.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

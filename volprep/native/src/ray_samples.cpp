@@ -2,13 +2,12 @@
 // of several samples are computed as vectors, their voxels are gathered, and mixed as vectors. Rays run in all
 // directions, so that most voxels of a large volume come from memory: those of the next samples are asked for before
 // these are mixed.
-#include "volprep/ray_samples.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "volprep/clones.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

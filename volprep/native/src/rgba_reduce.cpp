@@ -1,11 +1,9 @@
 // Averaging of transmittance over the columns of a block, along three axes: see the header.
-#include "volprep/rgba_reduce.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "volprep/box_reduce.hpp"
+#include "volprep/reductions.hpp"
 #include "volprep/rounding.hpp"
 
 namespace volprep {

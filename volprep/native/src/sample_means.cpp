@@ -1,12 +1,10 @@
 // Rows of blocks in parallel. The look of a voxel is one vector, added to that of its block.
-#include "volprep/sample_means.hpp"
-
 #include <algorithm>
 #include <vector>
 
-#include "volprep/box_reduce.hpp"
 #include "volprep/clones.hpp"
-#include "volprep/look.hpp"
+#include "volprep/fit_level.hpp"
+#include "volprep/shape.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

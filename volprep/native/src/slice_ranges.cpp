@@ -1,11 +1,10 @@
 // Ranges of the rows and columns of every slice, in one pass: a row is folded into the columns and into its own range
 // at once, so that each voxel is read from memory one time.
-#include "volprep/slice_ranges.hpp"
-
 #include <algorithm>
 #include <limits>
 
 #include "volprep/clones.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/threads.hpp"
 #include "volprep/voxel_order.hpp"
 

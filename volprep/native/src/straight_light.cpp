@@ -1,10 +1,9 @@
 // Some rays at a time, which lie beside each other in memory.
-#include "volprep/straight_light.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "volprep/rays.hpp"
 #include "volprep/straight_segment.hpp"
 #include "volprep/threads.hpp"
 

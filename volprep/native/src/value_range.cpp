@@ -1,13 +1,12 @@
 // The range of float32 voxels. They are compared as order keys (float_order.hpp), in which the finite ones are one
 // interval, −inf and +inf lie beside it and every NaN outside. The least and the greatest key of a chunk therefore say
 // whether all of it is finite; only a chunk that is not is read again, to count.
-#include "volprep/value_range.hpp"
-
 #include <algorithm>
 #include <limits>
 
 #include "volprep/clones.hpp"
 #include "volprep/float_order.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "volprep/preintegrate.hpp"
+#include "volprep/rays.hpp"
 
 namespace volprep {
 

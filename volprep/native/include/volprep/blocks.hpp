@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "volprep/box_reduce.hpp"
 #include "volprep/clones.hpp"
 #include "volprep/shape.hpp"
 

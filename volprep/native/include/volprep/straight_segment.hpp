@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-#include "volprep/preintegrate.hpp"
+#include "volprep/rays.hpp"
 
 namespace volprep::straight {
 

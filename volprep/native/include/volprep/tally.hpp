@@ -11,7 +11,7 @@ namespace volprep {
 // → 31 ms).
 inline constexpr int tally_lanes = 4;
 
-// The most voxels of one call: no uint32 lane can overflow, and no sum of squared errors (see quantize.hpp).
+// The most voxels of one call: no uint32 lane can overflow, and no sum of squared errors (see statistics.hpp).
 inline constexpr int64_t max_tally_voxels = int64_t{1} << 34;
 
 // The number of different stored values, and the bin of one of them: bins ascend with the value.

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "volprep/ray_samples.hpp"
+#include "volprep/rays.hpp"
 #include "volprep/shape.hpp"
 
 namespace volprep {

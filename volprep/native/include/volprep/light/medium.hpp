@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "volprep/block_minmax.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/oracle/planes.hpp"
 #include "volprep/oracle/transfer.hpp"
 #include "volprep/shape.hpp"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "volprep/block_minmax.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/oracle.hpp"
 #include "volprep/oracle/beam.hpp"
 #include "volprep/oracle/walk.hpp"

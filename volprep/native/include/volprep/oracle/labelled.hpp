@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "volprep/oracle/frame.hpp"
-#include "volprep/oracle_labels.hpp"
+#include "volprep/oracle.hpp"
 
 namespace volprep::oracle {
 

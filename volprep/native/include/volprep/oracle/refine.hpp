@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "volprep/oracle/soft_normals.hpp"
-#include "volprep/oracle_refined.hpp"
+#include "volprep/oracle.hpp"
 
 namespace volprep::oracle {
 

@@ -1,8 +1,10 @@
+#include <omp.h>
+
+#include "bind.hpp"
+#include "checks.hpp"
 #include "volprep/bandwidth.hpp"
 
-#include "checks.hpp"
-
-namespace volprep::bind::bandwidth {
+namespace volprep::bind::machine {
 namespace {
 
 using Words = nb::ndarray<const uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -12,6 +14,7 @@ using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device:
 }  // namespace
 
 const Definitions definitions([](nb::module_& module) {
+    module.def("max_threads", []() { return omp_get_max_threads(); });
     module.def(
         "memory_read",
         [](const Words& src, int threads) {
@@ -32,4 +35,4 @@ const Definitions definitions([](nb::module_& module) {
         "src"_array, "dst"_array, "threads"_a = 0);
 });
 
-}  // namespace volprep::bind::bandwidth
+}  // namespace volprep::bind::machine
