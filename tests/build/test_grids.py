@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from two_grids import write_two_grids
 
 from volprep.render.renderer import Renderer
+from volprep.validation.timing.empty_space import samples_of_views
 from volprep.validation.timing.full_rays import unskipped
-from volprep.validation.timing.samples import samples_of_views
 from volprep_formats import grid as grids
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import box_from_box
