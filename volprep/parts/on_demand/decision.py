@@ -150,9 +150,9 @@ def describe_on_demand(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     found = plan.part(OnDemandPlan)
     item = PlanItem(name="bricks on demand", kind=KIND, kept=found is not None, reason="")
     if found is None:
-        reason = plan_on_demand(case, plan.levels[0].index)
-        if plan.levels[0].index > 0 and isinstance(reason, Misfit):
-            yield item.model_copy(update={"reason": f"{reason.reason}; with them an app fetches what a view needs"})
+        refused = plan_on_demand(case, plan.levels[0].index)
+        if plan.levels[0].index > 0 and isinstance(refused, Misfit):
+            yield item.model_copy(update={"reason": f"{refused.reason}; with them an app fetches what a view needs"})
         return
     layout = case.layout.fits[0]
     why = f"the whole scan does not fit: {layout.reason}" if isinstance(layout, Misfit) else "a part of it is enough"
