@@ -10,10 +10,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "volprep/statistics.hpp"
 #include "volprep/oracle/planes.hpp"
 #include "volprep/oracle/transfer.hpp"
 #include "volprep/shape.hpp"
+#include "volprep/statistics.hpp"
 
 namespace volprep::light {
 

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "volprep/statistics.hpp"
 #include "volprep/oracle.hpp"
 #include "volprep/oracle/beam.hpp"
 #include "volprep/oracle/walk.hpp"
+#include "volprep/statistics.hpp"
 #include "volprep/threads.hpp"
 
 namespace volprep::oracle {

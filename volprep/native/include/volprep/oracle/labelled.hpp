@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "volprep/oracle/frame.hpp"
 #include "volprep/oracle.hpp"
+#include "volprep/oracle/frame.hpp"
 
 namespace volprep::oracle {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "volprep/oracle/soft_normals.hpp"
 #include "volprep/oracle.hpp"
+#include "volprep/oracle/soft_normals.hpp"
 
 namespace volprep::oracle {
 
