@@ -6,8 +6,9 @@ import pytest
 from judged import validate
 from scene_builds import built, planned, view_of
 from scipy.spatial.transform import Rotation
-from two_grids import write_two_grids
+from two_grids import ball, ct_affine, write_two_grids
 
+from volprep.pipeline.costs import planned_costs
 from volprep.render.renderer import Renderer
 from volprep.validation.timing.empty_space import samples_of_views
 from volprep.validation.timing.full_rays import unskipped
@@ -156,6 +157,17 @@ def test_channels_on_several_grids_need_no_common_picture(tmp_path) -> None:
     found = built(scene)
     assert [each.name for each in found.manifest.pictures] == ["body", "hot"]
     assert validate(found).verdict.passed
+
+
+@pytest.mark.parametrize("grids", ["one grid", "two grids"])
+def test_planned_costs_count_the_tables_that_the_picture_of_both_reads(tmp_path, grids) -> None:
+    scene = write_two_grids(tmp_path)
+    if grids == "one grid":
+        spot = (8 * ball(ct_affine(), (40, 40, 32), (10, 0, 0), 8)).astype(np.float32)
+        nibabel.save(nibabel.Nifti1Image(spot, ct_affine()), tmp_path / "pet.nii")
+    costs = {(cost.picture, cost.level): cost.gpu_bytes for cost in planned_costs(planned(scene))}
+    both = built(scene).manifest.pictures[0]
+    assert {(both.name, each.level): each.cost.gpu_bytes for each in both.drawings}.items() <= costs.items()
 
 
 def test_rays_skip_what_each_channel_leaves_empty_and_draw_the_same(package) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from volprep.parts.part import PlannedImage
 from volprep.parts.registry import PARTS
-from volprep.plan.products import SlicesPlan
+from volprep.plan.products import SkipPlan, SlicesPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep_formats.package.parts.costs.count import cost_of
 from volprep_formats.package.parts.costs.record import LevelCost
@@ -21,7 +21,11 @@ def planned_costs(plan: Plan) -> tuple[LevelCost, ...]:
 
 def _costs(plan: Plan) -> Iterator[LevelCost]:
     if plan.joint is not None:
-        pairs = [(name, _images(each)) for name, each in zip(plan.joint.transfers, plan.drawn_together, strict=True)]
+        apart = bool(plan.together and plan.together.skips_apart)
+        pairs = [
+            (name, _images(each) if apart else _without_tables(each))
+            for name, each in zip(plan.joint.transfers, plan.drawn_together, strict=True)
+        ]
         tables = [
             PlannedImage(table.file, table.format, table.shape_zyx, level=table.level)
             for table in plan.joint.skip_tables
@@ -40,6 +44,13 @@ def _costs(plan: Plan) -> Iterator[LevelCost]:
 
 def _images(channel: ChannelPlan) -> list[PlannedImage]:
     return [image for part in PARTS for image in part.images(channel)]
+
+
+def _without_tables(channel: ChannelPlan) -> list[PlannedImage]:
+    """Return the images of a channel without its skip tables, which the picture of all channels does not read."""
+    skip = channel.part(SkipPlan)
+    tables = {table.file for table in skip.tables} if skip else set()
+    return [image for image in _images(channel) if image.name not in tables]
 
 
 def _of_program(program: ProgramDesign, drawn: Sequence[tuple[str, Sequence[PlannedImage]]]) -> Iterator[LevelCost]:
