@@ -1,15 +1,12 @@
 """NIfTI-1 and NIfTI-2 volumes (.nii, .nii.gz, and pairs of .hdr and .img), from RAS to LPS.
 
-The header is parsed by nibabel, the voxels are read here. They are kept as stored where the type allows. Source:
-nifti1.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h), "3D image orientation and location".
+Voxels are kept as stored where the type allows. Source: nifti1.h
+(https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h), "3D image orientation and location".
 """
 
-import logging
 from math import prod
 from pathlib import Path
-from typing import Any
 
-import nibabel
 import numpy as np
 
 from volprep_formats.arrays import Float64Array
@@ -19,6 +16,7 @@ from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import open_voxels
 from volprep_formats.readers.header_pair import voxels_beside
+from volprep_formats.readers.nifti_header import HEADER_BYTES, VOXEL_TYPES, parsed, qform_of
 from volprep_formats.readers.orientation import LPS_FROM_RAS
 from volprep_formats.readers.time_axis import TimeAxis, not_time
 from volprep_formats.readers.voxel_file import VoxelFile, is_gzip, possible_ends
@@ -43,7 +41,6 @@ _NOT_TIME_INTENTS = {
     2003: "red, green and blue",
     2004: "red, green, blue and alpha",
 }
-_NUMBERS = frozenset(["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"])
 _NAMES = {32: "COMPLEX64", 128: "RGB24", 1536: "FLOAT128", 1792: "COMPLEX128", 2048: "COMPLEX256", 2304: "RGBA32"}
 _DISAGREEMENT_MM = 1e-2
 _SAME_SPACING = 1e-3
@@ -51,6 +48,7 @@ _LARGEST_OFFSET = 2**31
 _EXTENDER_BYTES = 4
 """Flag bytes after the header of a .nii file, which announce extensions."""
 _MOST_CHANNELS = 2**16
+_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 Matrix = Float64Array
 
@@ -64,13 +62,13 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     data = path if _is_single(header) else voxels_beside(path)
     shape_zyx, volumes = _shape_and_volumes(path, header)
     volume = chosen_volume(path, shape_zyx, volumes, spec.volume)
-    try:
-        dtype = header.get_data_dtype()
-    except KeyError as error:
-        raise VolprepError("VP1022", path=path, dtype=f"code {header['datatype']}") from error
-    if spec.colour is None and dtype.name not in _NUMBERS:
-        code = int(header["datatype"])
-        raise VolprepError("VP1022", path=path, dtype=_NAMES.get(code, dtype.name))
+    code = int(header["datatype"])
+    if code not in VOXEL_TYPES:
+        raise VolprepError("VP1022", path=path, dtype=_NAMES.get(code, f"code {code}"))
+    # The header's fields have its byte order.
+    dtype = VOXEL_TYPES[code].newbyteorder(header["dim"].dtype.byteorder)
+    if spec.colour is None and dtype.names is not None:
+        raise VolprepError("VP1022", path=path, dtype=_NAMES[code])
     bits_remarks = _check_bits(path, header, dtype)
     grid, remarks = _grid(path, header, shape_zyx)
     slope, intercept = _scaling(path, header)
@@ -111,40 +109,35 @@ def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
     return TimeAxis.even(volumes, step, _SECONDS_PER_UNIT.get(unit), start)
 
 
-def _header(path: Path) -> Any:
-    """Parse the header, of either version and byte order. nibabel has no types, so it is Any here and below."""
-    sizes = {nibabel.Nifti1Header: 348, nibabel.Nifti2Header: 540}
-    # nibabel repairs and logs some errors; the fields that matter are checked here.
-    logging.getLogger("nibabel.global").setLevel(logging.CRITICAL)
+def _header(path: Path) -> np.void:
+    """Parse the header, of either version and byte order."""
     try:
         with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
-            head = file.read(max(sizes.values()))
-        kind: Any = nibabel.Nifti2Header if head[4:7] in {b"n+2", b"ni2"} else nibabel.Nifti1Header
-        header = kind(head[: sizes[kind]], check=False)
-        known = bytes(header["magic"])[:3] in {b"n+1", b"n+2", b"ni1", b"ni2"}
-        offset = float(header["vox_offset"])
-    except Exception as error:  # damaged headers end in many kinds of errors
+            header = parsed(file.read(max(HEADER_BYTES.values())))
+    except Exception as error:  # damaged streams end in many kinds of errors
         if isinstance(error, OSError) and error.errno is not None:
             raise
         raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
+    known = bytes(header["magic"])[:3] in {b"n+1", b"n+2", b"ni1", b"ni2"}
+    offset = float(header["vox_offset"])
     if not known or not offset < _LARGEST_OFFSET:
         raise VolprepError(
             "VP1020", path=path, error=SafeText("its header is neither that of a .nii file nor that of a pair")
         )
     # The voxels of a pair have a file of their own.
-    least = sizes[kind] + _EXTENDER_BYTES if _is_single(header) else 0
+    least = header.dtype.itemsize + _EXTENDER_BYTES if _is_single(header) else 0
     if offset < least or not offset.is_integer():
         problem = f"its voxels begin at byte {offset:g}, but its header ends at byte {least}"
         raise VolprepError("VP1020", path=path, error=problem)
     return header
 
 
-def _is_single(header: Any) -> bool:
+def _is_single(header: np.void) -> bool:
     """Whether the voxels follow the header; otherwise they are in a .img file beside it."""
     return bytes(header["magic"])[1:2] == b"+"
 
 
-def _check_bits(path: Path, header: Any, dtype: np.dtype[np.generic]) -> list[str]:
+def _check_bits(path: Path, header: np.void, dtype: np.dtype[np.generic]) -> list[str]:
     """Refuse a bit count that does not match the type; 0 only gets a remark: some programs leave it out."""
     bits = int(header["bitpix"])
     if bits == 0:
@@ -168,7 +161,7 @@ def _check_end(voxels: VoxelFile, start: int, declared: int) -> list[str]:
     return [f"{after} bytes follow the voxels; they are not read"] if after and not voxels.is_gzip else []
 
 
-def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], int]:
+def _shape_and_volumes(path: Path, header: np.void) -> tuple[tuple[int, int, int], int]:
     """Return the shape of a volume, and the number of volumes."""
     dim = [int(n) for n in header["dim"]]
     sizes = dim[1 : 1 + dim[0]] if 1 <= dim[0] <= 7 else []
@@ -179,7 +172,7 @@ def _shape_and_volumes(path: Path, header: Any) -> tuple[tuple[int, int, int], i
     return (nz, ny, nx), prod(sizes[3:])
 
 
-def _scaling(path: Path, header: Any) -> tuple[float, float]:
+def _scaling(path: Path, header: np.void) -> tuple[float, float]:
     """Return slope and intercept; a slope of 0 means that the file has none."""
     slope, intercept = float(header["scl_slope"]), float(header["scl_inter"])
     if slope == 0.0 or np.isnan(slope):
@@ -191,7 +184,7 @@ def _scaling(path: Path, header: Any) -> tuple[float, float]:
 
 
 @np.errstate(all="ignore")  # an infinite value is refused later, as an invalid affine
-def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
+def _grid(path: Path, header: np.void, shape_zyx: tuple[int, int, int]) -> tuple[Grid, list[str]]:
     """Grid in LPS millimetres from the sform, else the qform, else the voxel size alone."""
     affine, which, remarks = _affine_ras(path, header, shape_zyx)
     unit = int(header["xyzt_units"]) & _LENGTH_BITS
@@ -204,10 +197,10 @@ def _grid(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Gri
     return grid_from_affine(path, which, shape_zyx, lps[:, :3], lps[:, 3]), remarks
 
 
-def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tuple[Matrix, str, list[str]]:
+def _affine_ras(path: Path, header: np.void, shape_zyx: tuple[int, int, int]) -> tuple[Matrix, str, list[str]]:
     """Return the affine from voxel indices to the file's unit of length, its source field, and a remark on oddities."""
     remarks = []
-    sform = header.get_sform() if header["sform_code"] > 0 else None
+    sform = np.vstack([header["srow"], _LAST_ROW]).astype(np.float64) if header["sform_code"] > 0 else None
     qform = _qform(path, header) if header["qform_code"] > 0 else None
     if sform is not None and qform is not None:
         corners = np.array(np.meshgrid(*((0, n - 1) for n in shape_zyx[::-1]), 1)).reshape(4, -1)
@@ -223,7 +216,7 @@ def _affine_ras(path: Path, header: Any, shape_zyx: tuple[int, int, int]) -> tup
     return np.asarray(affine, dtype=np.float64), which, remarks
 
 
-def _spacing_remarks(header: Any, sform: Matrix) -> list[str]:
+def _spacing_remarks(header: np.void, sform: Matrix) -> list[str]:
     """Return a remark if pixdim and sform disagree on the voxel size and there is no qform."""
     said = np.abs(header["pixdim"][1:4].astype(np.float64))
     used = np.linalg.norm(sform[:3, :3], axis=0)
@@ -233,11 +226,8 @@ def _spacing_remarks(header: Any, sform: Matrix) -> list[str]:
     return [f"pixdim says voxels of {sizes[0]}, and the sform of {sizes[1]}; the sform is used"]
 
 
-def _qform(path: Path, header: Any) -> Matrix:
-    if header["pixdim"][0] == 0:
-        header["pixdim"][0] = 1  # nifti1.h, method 2: a qfac of 0 is taken as 1
+def _qform(path: Path, header: np.void) -> Matrix:
     try:
-        affine: Matrix = header.get_qform()
-    except Exception as error:  # nibabel raises several kinds for invalid quaternions
+        return qform_of(header)
+    except ValueError as error:
         raise VolprepError("VP2021", path=path, which="qform") from error
-    return affine
