@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
+from volprep_formats.readers.nifti_header import VOXEL_TYPES, parsed, qform_of
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO
 from volprep_formats.source import SourceInfo, SourceSpec
 
@@ -253,6 +254,30 @@ def test_a_quaternion_that_is_none_is_refused(tmp_path) -> None:
     picture.set_qform(np.eye(4), 1)
     nibabel.save(picture, tmp_path / "v.nii")
     assert refusal(patched(tmp_path / "v.nii", 256, np.array([3, 0, 0], "<f4").tobytes())).code == "VP2021"
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("kind", [nibabel.Nifti1Header, nibabel.Nifti2Header])
+def test_headers_of_both_versions_and_orders_say_what_nibabel_reads(kind, order) -> None:
+    generator = np.random.default_rng(5)
+    for dtype in (np.uint8, np.int16, np.float32, np.float64):
+        header = kind(endianness=order)
+        header.set_data_shape((5, 4, 3))
+        header.set_data_dtype(dtype)
+        axes, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+        affine = np.eye(4)
+        affine[:3] = np.column_stack([axes * generator.uniform(0.1, 5.0, 3), generator.normal(size=3)])
+        header.set_qform(affine, 1)
+        header.set_sform(affine, 2)
+        header.set_xyzt_units("micron", "msec")
+        for number, name in enumerate(["scl_slope", "scl_inter", "toffset", "vox_offset", "intent_code"], 3):
+            header[name] = number
+        ours = parsed(header.binaryblock)
+        for name in set(ours.dtype.names) - {"quatern", "qoffset", "srow"}:
+            np.testing.assert_array_equal(ours[name], header[name], name)
+        np.testing.assert_array_equal(ours["srow"], header.get_sform()[:3])
+        np.testing.assert_allclose(qform_of(ours), header.get_qform(), atol=1e-12)
+        assert VOXEL_TYPES[int(ours["datatype"])].newbyteorder(order) == header.get_data_dtype()
 
 
 def test_several_volumes_without_a_choice_are_refused(tmp_path) -> None:

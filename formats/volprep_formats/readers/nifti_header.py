@@ -1,7 +1,8 @@
 """Headers of NIfTI-1 and NIfTI-2 in either byte order: the fields that the reader uses.
 
-The import of nibabel, with pydicom and all that it imports, took a quarter of the build of a small scan. Source: nifti1.h
-and nifti2.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib), "quaternion representation of rotation matrix".
+The import of nibabel, with pydicom and all that it imports, took a quarter of the build of a small scan. Source:
+nifti1.h and nifti2.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib), "quaternion representation of rotation
+matrix".
 """
 
 from typing import Any

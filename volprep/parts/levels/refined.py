@@ -312,11 +312,16 @@ class Refinement:
             if self.steady:
                 mean += (curvature - mean) / np.float32(min(step + 1, len(parts)))
                 curvature = np.maximum(mean, curvature)
-            met = curvature > 0
-            if not met.any():
+            met = np.count_nonzero(curvature)
+            if not met:
                 return
-            tie = np.float32(self.tie * curvature[met].mean(dtype=np.float64))
-            moved = np.clip(ahead - (gradient + tie * (ahead - begin)) / (curvature + tie), 0.0, 1.0)
+            tie = np.float32(self.tie * curvature.sum(dtype=np.float64) / met)
+            moved = ahead - begin
+            moved *= tie
+            moved += gradient
+            moved /= curvature + tie
+            np.subtract(ahead, moved, out=moved)
+            np.clip(moved, 0.0, 1.0, out=moved)
             if float(((ahead - moved) * (moved - level)).sum(dtype=np.float64)) > 0.0:
                 speed, ahead = 1.0, moved
             else:
