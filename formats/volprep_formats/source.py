@@ -1,5 +1,6 @@
 """The result of every reader: one volume at full precision, readable slab by slab."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
@@ -382,22 +383,18 @@ class VolumeSource(Protocol):
     @property
     def info(self) -> SourceInfo:
         """Geometry, type and photometry, known before any voxel is read."""
-        ...
 
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x] in native byte order, of type `info.stored_type`.
 
         Raises VolprepError when the source is damaged.
         """
-        ...
 
     def __enter__(self) -> Self:
         """Return the source itself."""
-        ...
 
     def __exit__(self, *exception: object) -> None:
         """Close open files."""
-        ...
 
 
 @runtime_checkable
@@ -407,14 +404,12 @@ class UnroundedSource(Protocol):
     @property
     def info(self) -> SourceInfo:
         """Geometry, type and photometry."""
-        ...
 
     def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x], in the type of the file.
 
         Raises what `read_slab` raises.
         """
-        ...
 
 
 def read_labels(source: VolumeSource, z0: int, z1: int) -> NDArray[np.generic]:
@@ -438,28 +433,24 @@ class SlicePlaces(Record):
     """The repair that makes them a volume."""
 
 
-@runtime_checkable
-class UnevenSource(Protocol):
+@dataclass(frozen=True)
+class UnevenSource:
     """Slices that do not form a grid. Not a `VolumeSource`: drawn as one it would be a wrong volume."""
+
+    slices: VolumeSource
+    """The slices as they are in the files."""
+    places: SlicePlaces
+    """Positions of the slices."""
 
     @property
     def nominal(self) -> SourceInfo:
         """Type and photometry. Only the first slice lies where this grid says; the distance is the mean."""
-        ...
-
-    @property
-    def places(self) -> SlicePlaces:
-        """Positions of the slices."""
-        ...
-
-    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Stored values of slices z0 to z1 - 1 as [z, y, x], as they are in the files."""
-        ...
+        return self.slices.info
 
     def __enter__(self) -> Self:
         """Return the source itself."""
-        ...
+        return self
 
     def __exit__(self, *exception: object) -> None:
         """Close open files."""
-        ...
+        self.slices.__exit__(*exception)

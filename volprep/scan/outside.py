@@ -14,7 +14,7 @@ from volprep.scan.slabs import slab_ranges
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
-from volprep_formats.source import SourceSpec, UnroundedSource, VolumeSource
+from volprep_formats.source import SourceSpec, VolumeSource, read_labels
 
 
 def finite_range(source: VolumeSource, progress: Progress) -> tuple[float, float] | None:
@@ -67,9 +67,7 @@ class MeantSource(OpenedSource):
 
     def read_unrounded(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Stored values of slices z0 to z1 - 1 as [z, y, x], in the type of the file, if the source has them."""
-        if not isinstance(self._source, UnroundedSource):
-            return self.read_slab(z0, z1)
-        return self._replaced(self._source.read_unrounded(z0, z1), z0, z1)
+        return self._replaced(read_labels(self._source, z0, z1), z0, z1)
 
     def _replaced(self, slab: NDArray[np.generic], z0: int, z1: int) -> NDArray[np.generic]:
         if self._nan is not None:

@@ -43,7 +43,7 @@ class RepairedSource(OpenedSource):
 
     def __init__(self, source: UnevenSource, progress: Progress) -> None:
         """Find the grid, and the lowest value where it is needed: that takes one reading of the scan."""
-        self._source = source
+        self._source = source.slices
         nominal = source.nominal
         places = source.places
         depth, rows, columns = nominal.grid.shape_zyx
@@ -167,6 +167,6 @@ def _lowest(source: UnevenSource, progress: Progress) -> float:
     extremes = []
     reduce = np.fmin.reduce if nominal.slope > 0 else np.fmax.reduce
     for z0, z1 in slab_ranges(depth, rows * columns * np.dtype(nominal.stored_type).itemsize):
-        extremes.append(float(reduce(source.read_slab(z0, z1), axis=None)))
+        extremes.append(float(reduce(source.slices.read_slab(z0, z1), axis=None)))
         progress.advance(z1 - z0)
     return float(reduce(extremes))

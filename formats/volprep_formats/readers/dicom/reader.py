@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,16 @@ from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
 from volprep_formats.readers.dicom.uptake import Uptake, uptake_of
 from volprep_formats.readers.dicom.value_table import looked_up, table_range
 from volprep_formats.readers.grey import grey_remark
-from volprep_formats.source import ColourChannel, GreyOf, RepairKind, SlicePlaces, SourceInfo, SourceSpec, StoredType
+from volprep_formats.source import (
+    ColourChannel,
+    GreyOf,
+    RepairKind,
+    SlicePlaces,
+    SourceInfo,
+    SourceSpec,
+    StoredType,
+    UnevenSource,
+)
 
 if TYPE_CHECKING:
     from volprep_formats.isolation import Workers
@@ -142,37 +151,6 @@ class DicomSource(OpenedSource):
         super().__exit__(*exception)
 
 
-class UnevenDicomSource:
-    """The slices of one series, which form no grid."""
-
-    def __init__(self, slices: DicomSource, places: SlicePlaces) -> None:
-        self._slices = slices
-        self._places = places
-
-    @property
-    def nominal(self) -> SourceInfo:
-        """Type and photometry; only the first slice lies where this grid says."""
-        return self._slices.info
-
-    @property
-    def places(self) -> SlicePlaces:
-        """Positions of the slices."""
-        return self._places
-
-    def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
-        """Stored values of slices z0 to z1 - 1 as [z, y, x], as `DicomSource.read_slab` gives them."""
-        return self._slices.read_slab(z0, z1)
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        self._slices.__enter__()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close the slices."""
-        self._slices.__exit__(*exception)
-
-
 def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource:
     """Open the series that `spec` means in the folder tree, or file, `path`.
 
@@ -181,10 +159,10 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource
     return _open(spec, path, progress, repair=())[0]
 
 
-def open_slices(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource | UnevenDicomSource:
+def open_slices(spec: SourceSpec, path: Path, progress: Progress) -> DicomSource | UnevenSource:
     """Open a series as `open_volume` does, or its slices as they lie where they form no grid and `spec.repair` fits."""
     source, places = _open(spec, path, progress, repair=spec.repair)
-    return source if places is None else UnevenDicomSource(source, places)
+    return source if places is None else UnevenSource(source, places)
 
 
 def _open(
