@@ -8,11 +8,9 @@ class Progress(Protocol):
 
     def start(self, task: str, total: int) -> None:
         """Begin `task`, which has `total` units of work (0 if not known)."""
-        ...
 
     def advance(self, units: int = 1) -> None:
         """Count `units` of the current task as done."""
-        ...
 
 
 class Silent:

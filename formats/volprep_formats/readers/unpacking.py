@@ -29,19 +29,15 @@ class Stream(Protocol):
 
     def seek(self, offset: int, /) -> object:
         """Go to `offset` bytes from the beginning."""
-        ...
 
     def readinto(self, buffer: memoryview, /) -> int | None:
         """Fill `buffer` or a part of it; the number of bytes is 0 at the end."""
-        ...
 
     def read(self, size: int, /) -> bytes:
         """Up to `size` bytes, none at the end."""
-        ...
 
     def close(self) -> None:
         """Close the open files."""
-        ...
 
 
 class ForwardStream:

@@ -22,11 +22,9 @@ class Files(Protocol):
 
     def size(self, key: str) -> int | None:
         """Size of a file; None when it is not there. Raises VP1226 for a key or a link that leads out."""
-        ...
 
     def read(self, key: str, start: int, count: int) -> bytes:
         """Bytes of a file that is there; fewer beyond its end."""
-        ...
 
 
 class FolderFiles:
