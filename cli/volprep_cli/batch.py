@@ -178,7 +178,7 @@ def batch(
     if dry_run:
         from volprep_cli.batch_dry_run import print_dry_run
 
-        print_dry_run(jobs, place, defaults, rules, part, workers=workers, as_json=as_json)
+        print_dry_run(jobs, place, defaults, rules, part, workers=workers)
         return
     others: list[OtherFiles] = []
     with progress() as finding:

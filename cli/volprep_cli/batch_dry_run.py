@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from volprep_cli.batch_watch import no_scans_json
-from volprep_cli.console import bytes_text, end_beyond, print_json, print_line, print_table, progress
+from volprep_cli.console import bytes_text, end_beyond, print_json, print_line, print_table, progress, wants_json
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ def print_dry_run(
     part: tuple[int, int] | None,
     *,
     workers: int | None,
-    as_json: bool,
 ) -> None:
     """Print a table of all jobs. Raises what `find_jobs` raises, for a scan that matches no rule after the table."""
     from volprep.batch.estimate import estimate, rates_of
@@ -56,7 +55,7 @@ def print_dry_run(
     rows = [_Row(job, estimate(job, rates), job.rule, _source(job)) for job in found]
     rows += [_left_out(each) for each in matched if len(each.rules) != 1 or each.skip]
     measured = sum(each.measured for each in rates.values())
-    if as_json:
+    if wants_json():
         print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured, **no_scans_json(others)})
     else:
         _print(rows, measured, workers or available_cores(), has_rules=rules is not None)
@@ -65,7 +64,7 @@ def print_dry_run(
     try:
         require_one_each(matched, rules or Path(jobs))
     except VolprepError as error:
-        end_beyond(error, as_json=as_json)
+        end_beyond(error)
 
 
 def _source(job: "Job") -> str:

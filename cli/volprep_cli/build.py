@@ -8,7 +8,6 @@ import typer
 
 from volprep_cli.choices import Choices, complete_profiles, takes_choices
 from volprep_cli.console import (
-    Json,
     bytes_text,
     print_json,
     print_line,
@@ -16,6 +15,7 @@ from volprep_cli.console import (
     print_remarks,
     progress,
     voxels_text,
+    wants_json,
 )
 from volprep_cli.outputs import default_package
 
@@ -84,7 +84,6 @@ def build(
     force: Force = False,
     timing: Times = False,
     choices: Choices,
-    as_json: Json = False,
 ) -> None:
     """Build the package of a scene: run all stages that it needs.
 
@@ -114,7 +113,7 @@ def build(
     if replaced:
         print_note(f"{output} replaced the package that was there")
     size = sum(record.size_bytes for record in manifest.files)
-    if as_json:
+    if wants_json():
         times = {"timing": [asdict(task) for task in tasks]} if timing else {}
         print_json({"package": str(output), "files": len(manifest.files), "size_bytes": size} | _told(manifest) | times)
     else:

@@ -1,4 +1,4 @@
-"""Options that every verb has: --quiet, and --json for verbs whose only result is that they are done."""
+"""Options that every verb has: --quiet, and --json unless the verb has one with a help text of its own."""
 
 import functools
 import inspect
@@ -27,8 +27,7 @@ def with_common_options(verb: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(verb)
     def with_options(**given: object) -> None:
         be_quiet(wanted=bool(given.pop("quiet")))
-        if not takes_json:
-            want_json(wanted=bool(given.pop("as_json")))
+        want_json(wanted=bool(given["as_json"] if takes_json else given.pop("as_json")))
         verb(**given)
 
     parameters = [each.replace(kind=keyword) for each in plain.parameters.values()] + added

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from volprep_formats.progress import Progress
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as JSON.")]
-"""The option --json of every verb with a result."""
+"""The option --json of every verb."""
 
 _HEARTBEAT_S = 10.0
 _QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
@@ -41,13 +41,18 @@ def be_quiet(*, wanted: bool) -> None:
 
 
 def want_json(*, wanted: bool) -> None:
-    """Make `print_done` print JSON, if `wanted`."""
+    """Make results and errors JSON, if `wanted`."""
     _AS_JSON.set(wanted)
 
 
+def wants_json() -> bool:
+    """Whether the option --json was given."""
+    return _AS_JSON.get()
+
+
 def print_done(text: str, **facts: object) -> None:
-    """Print the confirmation of a verb without another result: the text, or its facts as JSON."""
-    if _AS_JSON.get():
+    """Print the result of a verb: the text, or its facts as JSON."""
+    if wants_json():
         print_json(facts)
     else:
         print_line(text)
@@ -187,9 +192,9 @@ def _warn(text: str) -> None:
     print(shown(text, _LONGEST_LINE), file=sys.stderr)
 
 
-def end_beyond(error: "VolprepError", *, as_json: bool) -> NoReturn:
+def end_beyond(error: "VolprepError") -> NoReturn:
     """Exit with `error`, which describes a result that was already printed."""
-    if not as_json:
+    if not wants_json():
         raise error
     # The report is complete; a second JSON document after it would break parsers.
     _warn(f"volprep: {error}")

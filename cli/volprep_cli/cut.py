@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line, voxels_text
+from volprep_cli.console import print_json, print_line, voxels_text, wants_json
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force
 
@@ -24,7 +24,6 @@ def cut(
         bool, typer.Option("--world", help="The center is a position in the patient, in millimetres (LPS).")
     ] = False,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Cut a box out of the full resolution of a package with sub-volumes, and mark it on the coarsest level.
 
@@ -34,7 +33,7 @@ def cut(
     from volprep_formats.package.reader import Package
 
     record = write_cut(Package.open(package), _numbers(center), size, output, world=world, force=force)
-    if as_json:
+    if wants_json():
         print_json(record.model_dump(mode="json"))
         return
     shape = voxels_text([b - a for a, b in zip(record.start_zyx, record.stop_zyx, strict=True)])

@@ -1,17 +1,17 @@
 """volprep doctor: check what volprep needs on this machine, and explain how to install missing programs."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from volprep_cli.console import print_json, print_line
+from volprep_cli.console import print_json, print_line, wants_json
 from volprep_formats.diagnostics import ExitStatus, VolprepError
 
 if TYPE_CHECKING:
     from volprep.doctor import Fact
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False) -> None:
+def doctor() -> None:
     """Check that this machine has what volprep needs.
 
     Prints one line for each component, with how to get a missing one. Drivers advertise textures that they draw wrong:
@@ -26,7 +26,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the same 
     from volprep.doctor import examine
 
     examination = examine()
-    if as_json:
+    if wants_json():
         print_json(examination.model_dump(mode="json"))
         raise typer.Exit(ExitStatus.OK if examination.ready else ExitStatus.MACHINE)
     for fact in examination.facts:

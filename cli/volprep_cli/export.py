@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line, print_note, progress, voxels_text
+from volprep_cli.console import print_json, print_line, print_note, progress, voxels_text, wants_json
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force, require_new
 
@@ -83,7 +83,6 @@ def export(
     volume: Volume = False,
     labels: Labels = False,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Write a level of a package as NIfTI, NRRD, raw, OpenVDB or a DICOM series, or all levels as OME-Zarr.
 
@@ -94,17 +93,17 @@ def export(
     if labels or series is not None or file.name.lower().endswith((".seg.nrrd", ".dcm")):
         from volprep_cli.export_labels import export_labels
 
-        export_labels(package, file, level, channel, series, force=force, as_json=as_json)
+        export_labels(package, file, level, channel, series, force=force)
         return
     if volume or file.suffix.lower() == ".json":
         from volprep_cli.export_looks import export_looks
 
-        export_looks(package, file, level, channel, force=force, as_json=as_json)
+        export_looks(package, file, level, channel, force=force)
         return
     if file.suffix.lower() in {".glb", ".usdz", ".ply", ".stl"}:
         from volprep_cli.export_surface import export_surface
 
-        export_surface(package, file, level, transfer, within_mm, draco=draco, force=force, as_json=as_json)
+        export_surface(package, file, level, transfer, within_mm, draco=draco, force=force)
         return
     from volprep_formats.output import output_errors, require_place, taken
     from volprep_formats.readers.volpkg import open_level
@@ -112,7 +111,7 @@ def export(
 
     kind = _kind(file)
     if kind == "ome_zarr":
-        _export_levels(package, file, level, channel, values, force=force, as_json=as_json)
+        _export_levels(package, file, level, channel, values, force=force)
         return
     with output_errors(file):
         if file.is_dir() if kind != "dicom" else file.exists():
@@ -121,19 +120,19 @@ def export(
             require_new(target, force=force)
             if kind != "dicom":
                 require_place(target)
-    if kind == "nifti" and channel is None and values == "physical" and _export_colours(package, file, level, as_json):
+    if kind == "nifti" and channel is None and values == "physical" and _export_colours(package, file, level):
         return
     with open_level(package, level, channel) as source, progress() as watcher:
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
         shape_zyx = source.info.grid.shape_zyx
-    if as_json:
+    if wants_json():
         print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "values": values})
     else:
         print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
 
 
-def _export_colours(package: Path, file: Path, level: int | None, as_json: bool) -> bool:
+def _export_colours(package: Path, file: Path, level: int | None) -> bool:
     """Write a volume in colour as NIfTI; False if the package is not in colour."""
     from volprep_formats.package.reader import Package
     from volprep_formats.readers.volpkg import open_levels
@@ -149,7 +148,7 @@ def _export_colours(package: Path, file: Path, level: int | None, as_json: bool)
         write_colours(colours, file, watcher)
     levels.close()
     shape_zyx = colours.info.grid.shape_zyx
-    if as_json:
+    if wants_json():
         print_json({"file": str(file), "format": "nifti", "shape_zyx": list(shape_zyx), "values": "sRGB"})
     else:
         print_line(f"{file}: {voxels_text(shape_zyx)} voxels, sRGB colours, nifti")
@@ -157,7 +156,7 @@ def _export_colours(package: Path, file: Path, level: int | None, as_json: bool)
 
 
 def _export_levels(
-    package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool, as_json: bool
+    package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool
 ) -> None:
     """Write the levels of all channels, or of one, and the labels as OME-Zarr."""
     from volprep_formats.package.look import VolumeLooks, looks_of, of_channels
@@ -193,7 +192,7 @@ def _export_levels(
     if opened.left_out:
         numbers = ", ".join(map(str, opened.left_out))
         print_note(f"{file}: levels {numbers} are left out, because not all channels have them; --channel writes one")
-    if as_json:
+    if wants_json():
         shapes = [list(grid.shape_zyx) for grid in grids]
         told = {"channels": [look.channel for look in looks], "labels": [image.name for image in labels]}
         print_json({"file": str(file), "format": "ome-zarr", "shapes_zyx": shapes, "values": values, **told})

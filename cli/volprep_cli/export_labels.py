@@ -2,19 +2,12 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, progress, voxels_text
+from volprep_cli.console import print_json, print_line, progress, voxels_text, wants_json
 from volprep_cli.outputs import require_new
 
 
 def export_labels(
-    package: Path,
-    file: Path,
-    level: int | None,
-    channel: str | None,
-    series: Path | None,
-    *,
-    force: bool,
-    as_json: bool,
+    package: Path, file: Path, level: int | None, channel: str | None, series: Path | None, *, force: bool
 ) -> None:
     """Write the segments of a level of a package, or the labels of a label map. Raises VP1330 and VP1250 to VP1252."""
     from volprep_formats.output import require_place
@@ -39,7 +32,7 @@ def export_labels(
             dicom_seg.write(image, source, file, watcher, series=series)
         shape_zyx = source.info.grid.shape_zyx
     names = [segment.name for segment in image.segments]
-    if as_json:
+    if wants_json():
         print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "segments": names})
     else:
         print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {len(names)} segments, {kind}")

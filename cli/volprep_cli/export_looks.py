@@ -2,13 +2,11 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, print_note, progress, voxels_text
+from volprep_cli.console import print_json, print_line, print_note, progress, voxels_text, wants_json
 from volprep_cli.outputs import require_new
 
 
-def export_looks(
-    package: Path, file: Path, level: int | None, channel: str | None, *, force: bool, as_json: bool
-) -> None:
+def export_looks(package: Path, file: Path, level: int | None, channel: str | None, *, force: bool) -> None:
     """Write the looks of a package; into a .glb file together with the voxels of a level, the finest if None."""
     from volprep_formats.diagnostics import VolprepError
     from volprep_formats.output import new_file, require_place
@@ -38,7 +36,7 @@ def export_looks(
         told |= {"shape_zyx": list(shape_zyx), "channels": names}
         line = f"{voxels_text(shape_zyx)} voxels, physical values of {', '.join(names)}, glTF with EXT_voxels"
         print_note(f"{file}: EXT_voxels and glTF 2.1 are drafts; few programs read them yet, and they may change")
-    if as_json:
+    if wants_json():
         print_json(told)
     else:
         print_line(f"{file}: {line}")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, progress
+from volprep_cli.console import print_json, print_line, progress, wants_json
 from volprep_cli.outputs import require_new
 
 
@@ -15,7 +15,6 @@ def export_surface(
     *,
     draco: bool,
     force: bool,
-    as_json: bool,
 ) -> None:
     """Write the surface that a picture shows. Raises VP1333 where it shows none."""
     from volprep.surface.surfaces import surfaces_of
@@ -27,7 +26,7 @@ def export_surface(
     with progress() as watcher:
         surfaces = surfaces_of(package, watcher, level=level, transfer=transfer, within_mm=within_mm)
         write_surfaces(surfaces, file, draco=draco)
-    if as_json:
+    if wants_json():
         print_json({"file": str(file), **surfaces.facts.model_dump(mode="json")})
         return
     print_line(f"{file}: {surfaces.facts.surface}")

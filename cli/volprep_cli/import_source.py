@@ -8,7 +8,7 @@ import typer
 
 from volprep_cli.build import Profile, Source
 from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, print_json, print_line, print_remarks, print_table, progress, voxels_text
+from volprep_cli.console import print_json, print_line, print_remarks, print_table, progress, voxels_text, wants_json
 
 if TYPE_CHECKING:
     from volprep_formats.readers.dicom.listing import ListedSeries, Listing
@@ -44,7 +44,6 @@ def import_source(
     choices: Choices,
     only_list: List = False,
     descriptions: Descriptions = True,
-    as_json: Json = False,
 ) -> None:
     """Begin a draft: read the scan at full precision and measure it.
 
@@ -52,7 +51,7 @@ def import_source(
     contain that of a patient. PACKAGE.origin.json, beside the draft, has the path of the scan; the draft has not.
     """
     if only_list:
-        _list(scene, as_json=as_json, described=descriptions and sys.stdout.isatty())
+        _list(scene, described=descriptions and sys.stdout.isatty())
         return
     if output is None:
         msg = "Missing option '-o' / '--output'."
@@ -67,7 +66,7 @@ def import_source(
     values = draft.manifest.statistics
     print_remarks(draft.manifest)
     low, high = values.minimum, values.maximum
-    if as_json:
+    if wants_json():
         print_json(
             {"draft": str(output), "source": draft.manifest.source.model_dump(mode="json"), "values": [low, high]}
         )
@@ -75,21 +74,21 @@ def import_source(
         print_line(f"{output}: draft of {shape} voxels, values {low:g} to {high:g}")
 
 
-def _list(path: Path, *, as_json: bool, described: bool) -> None:
+def _list(path: Path, *, described: bool) -> None:
     from volprep_formats.readers import format_of
 
     if format_of(path) == "dicom":
-        _list_series(path, as_json=as_json, described=described)
+        _list_series(path, described=described)
     else:
-        _list_channels(path, as_json=as_json)
+        _list_channels(path)
 
 
-def _list_channels(path: Path, *, as_json: bool) -> None:
+def _list_channels(path: Path) -> None:
     from volprep_formats.readers import channels_of
 
     names = channels_of(path)
     found = _first(path)
-    if as_json:
+    if wants_json():
         print_json({"channels": names} | found)
     else:
         print_line(_said(found))
@@ -125,12 +124,12 @@ def _said(found: dict[str, Any]) -> str:
     return f"{found['format']}: {size}, values {low:g} to {high:g} {found['unit']}".rstrip()
 
 
-def _list_series(path: Path, *, as_json: bool, described: bool) -> None:
+def _list_series(path: Path, *, described: bool) -> None:
     from volprep_formats.readers.dicom.listing import list_series
 
     with progress() as watcher:
         listing = list_series(path, watcher, described=described)
-    if as_json:
+    if wants_json():
         print_json(listing.model_dump(mode="json"))
     else:
         _print(listing, described=described)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_line, print_table
+from volprep_cli.console import bytes_text, print_json, print_line, print_table, wants_json
 from volprep_cli.outputs import Force, require_new
 from volprep_formats.path_text import path_text
 
@@ -37,7 +37,6 @@ def inspect(
     level: Level = None,
     normals: Normals = False,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Print the contents of a package: levels, textures, transfer functions, segments, programs, plan, files.
 
@@ -55,14 +54,14 @@ def inspect(
             require_new(written, force=force)
     opened = Package.open(package, allow_draft=True)
     if picture is not None:
-        _picture(opened, level, picture, normals=normals, as_json=as_json)
+        _picture(opened, level, picture, normals=normals)
         return
     if figure is not None:
-        _figure(opened, figure, as_json=as_json)
+        _figure(opened, figure)
         return
     manifest = opened.manifest
     right = right_up_to_pixels(package)
-    if as_json:
+    if wants_json():
         record = opened.whole.model_dump(mode="json", exclude_none=True)
         judged = {"right_up_to_pixels": right} if right else {}
         print_json({"package": str(package), "size_bytes": _size(manifest), "manifest": record, **judged})
@@ -77,12 +76,12 @@ def inspect(
             print_line("")
 
 
-def _picture(package: "Package", level: int | None, path: Path, *, normals: bool, as_json: bool) -> None:
+def _picture(package: "Package", level: int | None, path: Path, *, normals: bool) -> None:
     from volprep.parts.mosaic.montage import write_montage
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape
-    if as_json:
+    if wants_json():
         layout = {"slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
         print_json({"picture": path_text(path), "width": width, "height": height, "level": made.level, **layout})
         return
@@ -90,11 +89,11 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
     print_line(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
 
 
-def _figure(package: "Package", path: Path, *, as_json: bool) -> None:
+def _figure(package: "Package", path: Path) -> None:
     from volprep.vtk.layouts import write_figure
 
     width, height = write_figure(package, path)
-    if as_json:
+    if wants_json():
         print_json({"picture": path_text(path), "width": width, "height": height})
     else:
         print_line(f"{path}: {width}×{height}")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line, progress
+from volprep_cli.console import print_json, print_line, progress, wants_json
 from volprep_cli.outputs import Force, require_new
 
 Store = Annotated[Path, typer.Argument(help="OME-Zarr image or package with several levels.", metavar="STORE")]
@@ -29,7 +29,6 @@ def judge(
     channel: Channel = None,
     *,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Measure what the coarse levels of a pyramid lose: look by look, at each size of a voxel on the screen.
 
@@ -45,7 +44,7 @@ def judge(
         found = measured_levels(store, look, watcher, channel=channel)
     with new_file(output) as file:
         file.write(found.model_dump_json(indent=1).encode() + b"\n")
-    if as_json:
+    if wants_json():
         print_json(found.model_dump(mode="json"))
         return
     print_line(f"{output}: {len(found.measured)} measurements; allowed are RMSE {found.tolerance_rmse:g}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, bytes_text, print_colours, print_json, print_line, voxels_text
+from volprep_cli.console import bytes_text, print_colours, print_json, print_line, voxels_text, wants_json
 from volprep_cli.outputs import Force, require_new
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _CELLS = 76
 
 
 @takes_choices
-def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Choices, as_json: Json = False) -> None:
+def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Choices) -> None:
     """Show a scan before a build: size, values, three slices, and the recognised kind of scan.
 
     A terminal shows the slices; -o writes them, with the histogram, as a PNG file. At most 128 slices of a large scan
@@ -40,7 +40,7 @@ def look(scan: Scan, output: Output = None, *, force: Force = False, choices: Ch
     looked = look_at(choices.of(request_of(scan)))
     if output is not None:
         write_file(output, png_bytes(picture(looked)), "VP5021")
-    if as_json:
+    if wants_json():
         print_json(facts(looked) | {"picture": None if output is None else str(output)})
         return
     _print(looked)

@@ -7,7 +7,7 @@ import typer
 
 from volprep_cli.build import Grid, OnDemand, Profile, Scene, Source
 from volprep_cli.choices import Choices, takes_choices
-from volprep_cli.console import Json, bytes_text, print_json, print_line, print_note, print_table, progress
+from volprep_cli.console import bytes_text, print_json, print_line, print_note, print_table, progress, wants_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +75,6 @@ def plan(
     canvas: CanvasSize = None,
     error: Error = None,
     choices: Choices,
-    as_json: Json = False,
 ) -> None:
     """Print the planned contents of a package, with reasons and costs.
 
@@ -102,7 +101,7 @@ def plan(
     record = None if device is None else read_device(device)
     request = choices.of(request_of(scene, profile, source))
     if devices is not None:
-        _plan_devices(request, devices, size, frame_ms, error, as_json=as_json)
+        _plan_devices(request, devices, size, frame_ms, error)
         return
     if grid is not None:
         request = request.with_grid(grid)
@@ -111,7 +110,7 @@ def plan(
     with progress() as watcher:
         decided = plan_build(request, watcher, None if device is None or record is None else (device, record))
     frame = None if record is None else choose_for_frame(record, frame_ms, size)
-    if as_json:
+    if wants_json():
         chosen = {} if frame is None else {"device": frame.model_dump(mode="json")}
         print_json({**decided.model_dump(mode="json", exclude_none=True), **chosen})
         return
@@ -137,7 +136,7 @@ def plan(
 
 
 def _plan_devices(
-    request: "Request", folder: Path, canvas: "Canvas | None", frame_ms: float, error: float | None, *, as_json: bool
+    request: "Request", folder: Path, canvas: "Canvas | None", frame_ms: float, error: float | None
 ) -> None:
     from volprep.pipeline.build import scan_digests
     from volprep.plan.device_cheapest import DeviceLimits, cheapest
@@ -150,7 +149,7 @@ def _plan_devices(
     found = cheapest(records, wish)
     if others:
         print_note(f"{folder}: {others} measurements of other scans are left out")
-    if as_json:
+    if wants_json():
         print_json(found.model_dump(mode="json"))
     else:
         print_cheapest(found)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, print_colours, print_json, print_line, progress
+from volprep_cli.console import print_colours, print_json, print_line, progress, wants_json
 from volprep_cli.outputs import Force, require_new
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _CELLS = 48
 """Width of the strip of colours, in characters."""
 
 
-def presets(scan: Scan = None, output: Pictures = None, *, force: Force = False, as_json: Json = False) -> None:
+def presets(scan: Scan = None, output: Pictures = None, *, force: Force = False) -> None:
     """List the transfer functions that come with volprep; a terminal shows their colours over black.
 
     With SCAN and -o, write a picture of the scan with each. Choose one with --preset NAME, or with preset = "NAME" in
@@ -32,10 +32,10 @@ def presets(scan: Scan = None, output: Pictures = None, *, force: Force = False,
     if (scan is None) != (output is None):
         raise typer.BadParameter("pictures need both a SCAN and a FOLDER", param_hint="SCAN, --output")
     if scan is not None and output is not None:
-        _draw(scan, output, force=force, as_json=as_json)
+        _draw(scan, output, force=force)
         return
     listed = [(name, load_preset(name)) for name in preset_names()]
-    if as_json:
+    if wants_json():
         print_json(
             {"presets": [{"name": name, "shows": preset.shows, "values": preset.values} for name, preset in listed]}
         )
@@ -46,7 +46,7 @@ def presets(scan: Scan = None, output: Pictures = None, *, force: Force = False,
             _print_strip(name, preset)
 
 
-def _draw(scan: Path, folder: Path, *, force: bool, as_json: bool) -> None:
+def _draw(scan: Path, folder: Path, *, force: bool) -> None:
     from volprep.pipeline.preset_pictures import draw_presets, picture_paths
     from volprep.scene.request import request_of
 
@@ -54,7 +54,7 @@ def _draw(scan: Path, folder: Path, *, force: bool, as_json: bool) -> None:
         require_new(path, force=force)
     with progress() as watcher:
         drawn = draw_presets(request_of(scan), folder, watcher)
-    if as_json:
+    if wants_json():
         told = [
             {"name": each.name, "picture": None if each.picture is None else str(each.picture), "note": each.why_not}
             for each in drawn

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line
+from volprep_cli.console import print_json, print_line, wants_json
 from volprep_cli.outputs import Force, Package, require_new
 from volprep_cli.picture_options import Background, Level, Size, Step, Transfer, View, size_of
 
@@ -83,7 +83,6 @@ def render(
     small: Small = None,
     opacity: Opacity = "alpha",
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Draw a package off screen with OpenGL ES, with the shaders that it ships, within the limits of its profile."""
     # Before the renderer loads: a wrong command line needs no driver.
@@ -116,7 +115,7 @@ def render(
         brick_bytes=None if memory is None else int(memory * 2**20),
     )
     taken = take(package, shot, output)
-    if as_json:
+    if wants_json():
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
         drawn |= {"notes": list(taken.notes)} if taken.notes else {}
         print_json({"picture": str(output), "width": width, "height": height, **drawn})

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, print_warnings, progress
+from volprep_cli.console import end_beyond, print_json, print_line, print_table, print_warnings, progress, wants_json
 from volprep_cli.outputs import Package
 from volprep_cli.studies.ablation import end_with_ablation
 from volprep_cli.studies.of_package import Size, Source
@@ -86,7 +86,6 @@ def validate(
     curves: Curves = False,
     ablate: Ablate = False,
     strict_levels: StrictLevels = False,
-    as_json: Json = False,
 ) -> None:
     """Prove a package: derive its files again from the scan, draw it, compare both with the truth, and write a report.
 
@@ -101,7 +100,7 @@ def validate(
         for option, given in (left_out | flags).items():
             if given not in (None, False):
                 raise typer.BadParameter("--quick draws nothing and writes no report: leave it out", param_hint=option)
-        _check(package, as_json=as_json)
+        _check(package)
         return
     from volprep_formats.installation import require_extra
 
@@ -124,19 +123,19 @@ def validate(
             devices=devices,
             studies=studies,
         )
-    if as_json:
+    if wants_json():
         print_json(result.model_dump(mode="json"))
     else:
         _print(result, folder)
     print_warnings(result.warnings)
     why_not = error_of_verdict(result, package, folder)
     if why_not is not None:
-        end_beyond(why_not, as_json=as_json)
+        end_beyond(why_not)
     unsound = unsound_levels(result.verdict) if strict_levels else ""
     if unsound:
-        end_beyond(VolprepError("VP6085", path=package, listed=unsound, report=folder), as_json=as_json)
+        end_beyond(VolprepError("VP6085", path=package, listed=unsound, report=folder))
     if ablate:
-        end_with_ablation(package, folder / STUDIES, as_json=as_json)
+        end_with_ablation(package, folder / STUDIES)
 
 
 def _studies(*, curves: bool, ablate: bool) -> "list[Study]":
@@ -147,14 +146,14 @@ def _studies(*, curves: bool, ablate: bool) -> "list[Study]":
     return [study for study, wanted in ((CURVES, curves), (ABLATION, ablate)) if wanted]
 
 
-def _check(package: Path, *, as_json: bool) -> None:
+def _check(package: Path) -> None:
     from volprep.pipeline.remarks import warnings
     from volprep.validation.checks.consistency import open_whole
     from volprep_formats.package.check import data_of_others
 
     whole = open_whole(package)
     told, files = [*warnings(whole.manifest), *data_of_others(whole)], len(whole.manifest.files)
-    if as_json:
+    if wants_json():
         print_json({"package": str(package), "whole": True, "files": files, "warnings": told})
     else:
         print_line(f"{package}: whole, {files} files")

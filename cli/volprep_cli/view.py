@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_colours, print_json, print_line, print_note, progress
+from volprep_cli.console import bytes_text, print_colours, print_json, print_line, print_note, progress, wants_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -59,7 +59,6 @@ def view(
     lan: Lan = False,
     port: Port = 0,
     no_open: NoOpen = False,
-    as_json: Json = False,
 ) -> None:
     """Show a package in a browser, and measure its error and time on that device.
 
@@ -75,12 +74,12 @@ def view(
     if shown.report is None:
         print_note("no report of this package: volprep validate makes one. The page shows no error, and measures none")
     if output is not None:
-        _write(shown, output, force=force, as_json=as_json)
+        _write(shown, output, force=force)
     else:
-        _serve(shown, devices, port, lan=lan, opens=not no_open, as_json=as_json)
+        _serve(shown, devices, port, lan=lan, opens=not no_open)
 
 
-def _write(shown: "ShownPackage", output: Path, *, force: bool, as_json: bool) -> None:
+def _write(shown: "ShownPackage", output: Path, *, force: bool) -> None:
     from volprep.view.export import write_page_file, write_page_folder
 
     with progress() as watcher:
@@ -92,13 +91,13 @@ def _write(shown: "ShownPackage", output: Path, *, force: bool, as_json: bool) -
             count = write_page_folder(shown, output, watcher, force=force)
             facts = {"page": str(output), "files": count}
             told = f"{output}: {count} files, for any server of static files"
-    if as_json:
+    if wants_json():
         print_json(facts)
     else:
         print_line(told)
 
 
-def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool, opens: bool, as_json: bool) -> None:
+def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool, opens: bool) -> None:
     import sys
     import threading
     import webbrowser
@@ -107,19 +106,19 @@ def _serve(shown: "ShownPackage", devices: Path | None, port: int, *, lan: bool,
     from volprep.view.site import make_site
     from volprep_formats.package.digest import manifest_sha256
 
-    say = print_note if as_json else print_line
+    say = print_note if wants_json() else print_line
     site = make_site(shown, takes_devices=devices is not None)
     address = lan_address() if lan else LOCAL
     digest = manifest_sha256(shown.package.path)
     with ViewServer(site, digest, address=address, port=port, devices=devices, received=partial(_told, say)) as server:
-        if as_json:
+        if wants_json():
             print_json({"url": server.url})
         elif lan:
             print_colours(qr_code(server.url))
             print_line(
                 "This address is for devices in the same network. Only share it with people who may see the scan."
             )
-        if not as_json:
+        if not wants_json():
             print_line(f"{server.url}")
             print_line("Ctrl-C ends it.")
         sys.stdout.flush()

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, bytes_text, print_json, print_line, progress
+from volprep_cli.console import bytes_text, print_json, print_line, progress, wants_json
 from volprep_cli.outputs import Force, Package, require_new
 from volprep_formats.diagnostics import VolprepError
 
@@ -24,9 +24,7 @@ Texels = Annotated[
 ]
 
 
-def zip_package(
-    package: Package, output: Output = None, *, texels: Texels = "as-is", force: Force = False, as_json: Json = False
-) -> None:
+def zip_package(package: Package, output: Output = None, *, texels: Texels = "as-is", force: Force = False) -> None:
     """Write a package as one zip file, which apps can map into memory.
 
     All verbs that read packages also read this file. Unzipping it gives the folder back. --texels zstd makes it smaller
@@ -52,7 +50,7 @@ def zip_package(
             names = write_converted(whole, texels, folder, watcher)
         write_single_file(folder, names, stack.enter_context(new_file(target)), watcher)
     size = target.stat().st_size
-    if as_json:
+    if wants_json():
         print_json({"file": str(target), "files": len(names), "size_bytes": size})
     else:
         print_line(f"{target}: {len(names)} files, {bytes_text(size)}")

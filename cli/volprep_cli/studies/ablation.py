@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from volprep_cli.console import Json, bytes_text, end_beyond, print_json, print_line, print_table
+from volprep_cli.console import bytes_text, end_beyond, print_json, print_line, print_table, wants_json
 from volprep_cli.outputs import Package
 from volprep_cli.studies.of_package import Output, Size, Source, make_study
 from volprep_formats.diagnostics import VolprepError
@@ -13,29 +13,27 @@ if TYPE_CHECKING:
     from volprep.lab.ablation.records import Ablation, Measurement
 
 
-def ablation(
-    package: Package, output: Output, *, source: Source = None, size: Size = None, as_json: Json = False
-) -> None:
+def ablation(package: Package, output: Output, *, source: Source = None, size: Size = None) -> None:
     """Measure what each item of a package is worth, by leaving it out or adding it: about fifteen packages.
 
     Writes ablation.html and ablation.json. Takes minutes. Exit status 0: each item earns its place. 1: one does not.
     """
     make_study("ablation", package, output, source=source, size=size)
-    if as_json:
+    if wants_json():
         print_json(json.loads((output / "ablation.json").read_bytes()))
-    end_with_ablation(package, output, as_json=as_json)
+    end_with_ablation(package, output)
 
 
-def end_with_ablation(package: Path, folder: Path, *, as_json: bool) -> None:
+def end_with_ablation(package: Path, folder: Path) -> None:
     """Print the ablation that was written to `folder`; end with VP6081 if the plan is wrong about an item."""
     from volprep.lab.ablation.records import Ablation
 
     found = Ablation.model_validate_json((folder / "ablation.json").read_bytes())
-    if not as_json:
+    if not wants_json():
         _print_ablation(found)
     if found.faults:
         fields = {"count": len(found.faults), "listed": ", ".join(found.faults), "report": folder / "ablation.html"}
-        end_beyond(VolprepError("VP6081", path=package, **fields), as_json=as_json)
+        end_beyond(VolprepError("VP6081", path=package, **fields))
 
 
 def _print_ablation(found: "Ablation") -> None:

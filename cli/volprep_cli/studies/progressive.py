@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import Json, print_json, print_line
+from volprep_cli.console import print_json, print_line, wants_json
 from volprep_cli.outputs import Package, require_new
 from volprep_cli.picture_options import Background, Level, Size, Step, Transfer, View, size_of
 
@@ -31,7 +31,6 @@ def progressive(
     transfer: Transfer = None,
     background: Background = "black",
     step: Step = None,
-    as_json: Json = False,
 ) -> None:
     """Draw a picture frame by frame, as an app finishes it: low resolution first, then more in each frame.
 
@@ -54,7 +53,7 @@ def progressive(
         fill=True,
     )
     found = take_progressively(package, shot, Finishing(order, budget), output)
-    if as_json:
+    if wants_json():
         print_json(found.model_dump(mode="json"))
         return
     drawn = [frame.milliseconds for frame in found.frames]

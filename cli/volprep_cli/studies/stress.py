@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
+from volprep_cli.console import end_beyond, print_json, print_line, print_table, progress, wants_json
 from volprep_formats.diagnostics import VolprepError
 
 if TYPE_CHECKING:
@@ -48,7 +48,6 @@ def stress(
     levels: Levels = True,
     seconds: Seconds = None,
     report: ReportFolder = Path("stress.report"),
-    as_json: Json = False,
 ) -> None:
     """Draw numerically hard cases on this driver: dense media, thin features, extreme values.
 
@@ -79,12 +78,12 @@ def stress(
     )
     with progress() as watcher:
         result = try_cases(chosen, load_profile(profile, Path()), report, watcher, trials)
-    if as_json:
+    if wants_json():
         print_json(result.model_dump(mode="json"))
     else:
         _print(result, report)
     if not result.passed:
-        end_beyond(_why_not(result, report), as_json=as_json)
+        end_beyond(_why_not(result, report))
 
 
 def _require_known(option: str, given: Iterable[str], known: Iterable[str]) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import Json, end_beyond, print_json, print_line, print_table, progress
+from volprep_cli.console import end_beyond, print_json, print_line, print_table, progress, wants_json
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force
 from volprep_formats.diagnostics import VolprepError
@@ -24,7 +24,6 @@ def walk(
     ],
     *,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Draw the pictures that a user of an app sees on a walk through a package, and compare each with the truth.
 
@@ -37,13 +36,13 @@ def walk(
 
     with progress() as watcher:
         report = draw_walk(package, steps, output, watcher, force=force)
-    if as_json:
+    if wants_json():
         print_json(report.model_dump(mode="json", exclude_none=True))
     else:
         print_table(("picture", "shows", "voxel", "moves", "RMSE / largest"), [_row(each) for each in report.pictures])
         print_line(f"{output}: {len(report.pictures)} pictures, {report.driver}")
     if report.failed:
-        end_beyond(_why_not(report), as_json=as_json)
+        end_beyond(_why_not(report))
 
 
 def _row(picture: "WalkPicture") -> tuple[str, ...]:
