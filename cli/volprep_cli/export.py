@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from volprep_cli.console import print_json, print_line, print_note, progress, voxels_text, wants_json
+from volprep_cli.console import print_done, print_note, progress, voxels_text
 from volprep_cli.inspect import PackageFolder
 from volprep_cli.outputs import Force, require_new
 
@@ -126,10 +126,8 @@ def export(
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
         shape_zyx = source.info.grid.shape_zyx
-    if wants_json():
-        print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "values": values})
-    else:
-        print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}")
+    told = f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}"
+    print_done(told, file=str(file), format=kind, shape_zyx=list(shape_zyx), values=values)
 
 
 def _export_colours(package: Path, file: Path, level: int | None) -> bool:
@@ -148,10 +146,8 @@ def _export_colours(package: Path, file: Path, level: int | None) -> bool:
         write_colours(colours, file, watcher)
     levels.close()
     shape_zyx = colours.info.grid.shape_zyx
-    if wants_json():
-        print_json({"file": str(file), "format": "nifti", "shape_zyx": list(shape_zyx), "values": "sRGB"})
-    else:
-        print_line(f"{file}: {voxels_text(shape_zyx)} voxels, sRGB colours, nifti")
+    told = f"{file}: {voxels_text(shape_zyx)} voxels, sRGB colours, nifti"
+    print_done(told, file=str(file), format="nifti", shape_zyx=list(shape_zyx), values="sRGB")
     return True
 
 
@@ -192,15 +188,13 @@ def _export_levels(
     if opened.left_out:
         numbers = ", ".join(map(str, opened.left_out))
         print_note(f"{file}: levels {numbers} are left out, because not all channels have them; --channel writes one")
-    if wants_json():
-        shapes = [list(grid.shape_zyx) for grid in grids]
-        told = {"channels": [look.channel for look in looks], "labels": [image.name for image in labels]}
-        print_json({"file": str(file), "format": "ome-zarr", "shapes_zyx": shapes, "values": values, **told})
-    else:
-        sizes = ", ".join(voxels_text(grid.shape_zyx) for grid in grids)
-        several = f", channels {', '.join(look.channel for look in looks)}" if len(looks) > 1 else ""
-        named = f", labels {', '.join(image.name for image in labels)}" if labels else ""
-        print_line(f"{file}: {sizes} voxels, {values} values, ome-zarr{several}{named}")
+    names = {"channels": [look.channel for look in looks], "labels": [image.name for image in labels]}
+    several = f", channels {', '.join(names['channels'])}" if len(looks) > 1 else ""
+    named = f", labels {', '.join(names['labels'])}" if labels else ""
+    sizes = ", ".join(voxels_text(grid.shape_zyx) for grid in grids)
+    told = f"{file}: {sizes} voxels, {values} values, ome-zarr{several}{named}"
+    shapes = [list(grid.shape_zyx) for grid in grids]
+    print_done(told, file=str(file), format="ome-zarr", shapes_zyx=shapes, values=values, **names)
 
 
 def _kind(file: Path) -> str:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, progress, voxels_text, wants_json
+from volprep_cli.console import print_done, progress, voxels_text
 from volprep_cli.outputs import require_new
 
 
@@ -32,10 +32,8 @@ def export_labels(
             dicom_seg.write(image, source, file, watcher, series=series)
         shape_zyx = source.info.grid.shape_zyx
     names = [segment.name for segment in image.segments]
-    if wants_json():
-        print_json({"file": str(file), "format": kind, "shape_zyx": list(shape_zyx), "segments": names})
-    else:
-        print_line(f"{file}: {voxels_text(shape_zyx)} voxels, {len(names)} segments, {kind}")
+    told = f"{file}: {voxels_text(shape_zyx)} voxels, {len(names)} segments, {kind}"
+    print_done(told, file=str(file), format=kind, shape_zyx=list(shape_zyx), segments=names)
 
 
 def _kind(file: Path, series: Path | None) -> str:

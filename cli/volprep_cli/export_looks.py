@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, print_note, progress, voxels_text, wants_json
+from volprep_cli.console import print_done, print_note, progress, voxels_text
 from volprep_cli.outputs import require_new
 
 
@@ -36,7 +36,4 @@ def export_looks(package: Path, file: Path, level: int | None, channel: str | No
         told |= {"shape_zyx": list(shape_zyx), "channels": names}
         line = f"{voxels_text(shape_zyx)} voxels, physical values of {', '.join(names)}, glTF with EXT_voxels"
         print_note(f"{file}: EXT_voxels and glTF 2.1 are drafts; few programs read them yet, and they may change")
-    if wants_json():
-        print_json(told)
-    else:
-        print_line(f"{file}: {line}")
+    print_done(f"{file}: {line}", **told)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from volprep_cli.console import bytes_text, print_json, print_line, print_table, wants_json
+from volprep_cli.console import bytes_text, print_done, print_json, print_line, print_table, wants_json
 from volprep_cli.outputs import Force, require_new
 from volprep_formats.path_text import path_text
 
@@ -81,22 +81,17 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
 
     made = write_montage(package, level, path, normals=normals)
     height, width, _ = made.pixels.shape
-    if wants_json():
-        layout = {"slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
-        print_json({"picture": path_text(path), "width": width, "height": height, "level": made.level, **layout})
-        return
+    layout = {"level": made.level, "slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
     every = "" if made.every == 1 else f", one of {made.every}"
-    print_line(f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row")
+    told = f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row"
+    print_done(told, picture=path_text(path), width=width, height=height, **layout)
 
 
 def _figure(package: "Package", path: Path) -> None:
     from volprep.vtk.layouts import write_figure
 
     width, height = write_figure(package, path)
-    if wants_json():
-        print_json({"picture": path_text(path), "width": width, "height": height})
-    else:
-        print_line(f"{path}: {width}×{height}")
+    print_done(f"{path}: {width}×{height}", picture=path_text(path), width=width, height=height)
 
 
 def _size(manifest: "Manifest") -> int:

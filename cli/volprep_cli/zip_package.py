@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from volprep_cli.console import bytes_text, print_json, print_line, progress, wants_json
+from volprep_cli.console import bytes_text, print_done, progress
 from volprep_cli.outputs import Force, Package, require_new
 from volprep_formats.diagnostics import VolprepError
 
@@ -50,7 +50,5 @@ def zip_package(package: Package, output: Output = None, *, texels: Texels = "as
             names = write_converted(whole, texels, folder, watcher)
         write_single_file(folder, names, stack.enter_context(new_file(target)), watcher)
     size = target.stat().st_size
-    if wants_json():
-        print_json({"file": str(target), "files": len(names), "size_bytes": size})
-    else:
-        print_line(f"{target}: {len(names)} files, {bytes_text(size)}")
+    told = f"{target}: {len(names)} files, {bytes_text(size)}"
+    print_done(told, file=str(target), files=len(names), size_bytes=size)
