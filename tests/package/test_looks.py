@@ -113,11 +113,12 @@ def test_voxels_as_gltf_are_where_the_scan_has_them(tmp_path: Path) -> None:
     assert accessor["count"] == x * y * z
     found = np.frombuffer(binary, "<f4").reshape(z, y, x)
     np.testing.assert_allclose(found, values, rtol=1e-6)
-    # Voxels fill a box whose middle is at 0.
+    # Voxels fill a box whose middle is at 0: by the draft from +x to -x, then from -z to +z, then from -y to +y.
     size = np.array(gltf["shapes"][node["boundingVolume"]["shape"]]["box"]["size"])
     matrix = np.array(node["matrix"]).reshape(4, 4).T
     for voxel in ((0, 0, 0), (x - 1, 0, 3), (2, y - 1, z - 1)):
-        local = (np.array(voxel) + 0.5) * size / (x, y, z) - size / 2
+        right, forward, up = (np.array(voxel) + 0.5) / (x, y, z) - 0.5
+        local = np.array([-right, up, forward]) * size
         np.testing.assert_allclose(matrix @ [*local, 1], info.grid.world_from_index @ [*voxel, 1], atol=1e-9)
 
 

@@ -1,7 +1,8 @@
 """Voxels as glTF 2.1 binary with the draft extension EXT_voxels: one node, an attribute for each channel.
 
-Sources: glTF 2.1 draft (shapes, boundingVolume); EXT_voxels (CesiumGS/glTF pull request 123, in cesium-native 0.66).
-Both may still change. A reader of glTF 2.0 shows an empty node.
+Sources: glTF 2.1 draft (shapes, boundingVolume); EXT_voxels (CesiumGS/glTF pull request 123, README of the draft): the
+columns of a box run from +x to -x, its rows from -z to +z, its slices from -y to +y. Both may still change. A reader of
+glTF 2.0 shows an empty node.
 """
 
 import re
@@ -22,6 +23,8 @@ from volprep_formats.writers.values import PhysicalValues
 EXTENSION = "EXT_voxels"
 _FLOAT = 5126
 _MOST_BYTES = 2**32 - 2**20
+_BOX_FROM_NODE = np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]])
+"""Axes x, y, z of our box in those of the node: right, forward and up of the draft."""
 _DRAFT = "glTF 2.1 and EXT_voxels as drafted in August 2026; both may change"
 
 
@@ -48,7 +51,7 @@ def _gltf(infos: Sequence[SourceInfo], names: Sequence[str], size: int, looks: V
     attributes = {f"_{re.sub('[^A-Z0-9]', '_', name.upper())}": index for index, name in enumerate(names)}
     # A box of glTF has its middle at 0.
     extent_xyz = np.array(grid.spacing_mm_zyx[::-1]) * grid.shape_zyx[::-1]
-    placed = grid.world_from_box @ np.block([[np.eye(3), extent_xyz[:, None] / 2], [np.zeros((1, 3)), 1.0]])
+    placed = grid.world_from_box @ np.block([[_BOX_FROM_NODE, extent_xyz[:, None] / 2], [np.zeros((1, 3)), 1.0]])
     told = {"draft": _DRAFT, "units": [each.unit for each in infos], "channels": [*names]}
     voxels = {
         "name": "voxels",
@@ -67,7 +70,7 @@ def _gltf(infos: Sequence[SourceInfo], names: Sequence[str], size: int, looks: V
         "scene": 0,
         "scenes": [{"nodes": [1]}],
         "nodes": [voxels, {"name": "patient", "matrix": METRES_FROM_LPS, "children": [0]}],
-        "shapes": [{"type": "box", "box": {"size": extent_xyz.tolist()}}],
+        "shapes": [{"type": "box", "box": {"size": extent_xyz[[0, 2, 1]].tolist()}}],
         "accessors": [{"bufferView": index, **accessor} for index in range(len(names))],
         "bufferViews": views,
         "buffers": [{"byteLength": size * len(names)}],
