@@ -81,6 +81,7 @@ def test_rarer_parts_are_loaded_only_when_a_package_has_them() -> None:
         ),
         *(
             "pick.js",
+            "points.js",
             "ranges.js",
             "messages.js",
             "segments.js",

@@ -124,3 +124,41 @@ def test_letters_scale_and_grey_values_are_those_of_radiologists() -> None:
     assert found["lengths"] == ["50 µm", "1 mm", "2 mm", "50 mm", "200 mm", "0.2 µm"]
     greys = [102, 128, 255, 255]
     assert found["pixels"] == [each for value in greys for each in (value, value, value, 255)] + [0, 0, 0, 0]
+
+
+def test_borders_of_visible_segments_are_drawn_in_their_colours() -> None:
+    script = f"""
+    const {{ outline }} = await import("{JS}/draw/slices.js");
+    const segments = [{{ name: "a", tint: [1, 0, 0] }}, {{ name: "b", visible: false }}];
+    const labels = [{{ segments: [] }}, {{ segments: ["a"] }}, {{ segments: ["b"] }}];
+    const renderer = {{ segments, package: {{ manifest: {{ segments: {{ segments, labels }} }} }} }};
+    const slice = {{ width: 5, height: 4, labels: [0, 1, 1, 1, 0, 1, 1, 1, 1, 2, 1, 1, 1, 1, 2, 0, 1, 1, 1, 0] }};
+    const pixels = outline(new Uint8ClampedArray(80), slice, renderer);
+    console.log(JSON.stringify(slice.labels.map((_, i) => [...pixels.subarray(4 * i, 4 * i + 4)])));
+    """
+    command = ["node", "--input-type=module", "-e", script]
+    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout)
+    # The edge of the picture is no border of a segment.
+    drawn = [[0, 1, 0, 1, 0], [1, 0, 0, 1, 0], [1, 0, 0, 1, 0], [0, 1, 0, 1, 0]]
+    expected = [[255, 0, 0, 255] if each else [0, 0, 0, 0] for row in drawn for each in row]
+    assert found == expected
+
+
+def test_slices_have_the_labels_of_the_segments(page, scene_package) -> None:
+    script = """
+    const slice = await renderer.slice({ size: 42, labels: true });
+    const none = await renderer.slice({ size: 4 });
+    renderer.dispose();
+    return { ...slice, values: null, labels: Array.from(slice.labels), none: none.labels };
+    """
+    found = page("segments", script)
+    package = scene_package("segments")
+    segments = package.manifest.segments
+    labels = np.array(found["labels"]).reshape(found["height"], found["width"])
+    volumes = {each.name: each.volume_ml for each in segments.segments}
+    assert found["none"] is None
+    assert len(np.unique(labels)) > 2
+    assert labels.max() < len(segments.labels)
+    named = {name for label in np.unique(labels) for name in segments.labels[label].segments or ()}
+    assert named <= set(volumes)
+    assert len(named) > 1

@@ -168,3 +168,12 @@ def test_the_validators_of_usd_find_nothing(surfaces: Surfaces, tmp_path: Path) 
     assert len(validators) > 10
     found = UsdValidation.ValidationContext(validators).Validate(Usd.Stage.Open(str(tmp_path / "a.usdz")))
     assert [f"{each.GetName()}: {each.GetMessage()}" for each in found] == []
+
+
+def test_voxels_with_just_the_threshold_leave_no_triangle_without_area(tmp_path: Path) -> None:
+    sample = Path(__file__).parents[2] / "formats" / "samples" / "scan.volpkg.zip"
+    done = volprep("export", sample, tmp_path / "scan.stl")
+    assert done.returncode == 0, done.stderr
+    loaded = trimesh.load(tmp_path / "scan.stl")
+    assert loaded.area_faces.min() > 1e-6
+    assert loaded.is_watertight

@@ -51,10 +51,18 @@ def test_the_page_draws_the_package_and_asks_nobody_else(page, phantom) -> None:
 
 
 def test_the_first_view_shows_the_whole_volume_upright_as_the_standard_view_does(page, phantom) -> None:
-    matrix = page.run("return window.volprep.stage.orbit.boxFromClip(1)")
+    zoom, zoomed, matrix = page.run(
+        "const { orbit } = window.volprep.stage; const { zoom } = orbit; const zoomed = orbit.boxFromClip(1);"
+        "orbit.zoom = 1; const matrix = orbit.boxFromClip(1); orbit.zoom = zoom; return [zoom, zoomed, matrix]"
+    )
     grid: Grid = phantom.report.package.manifest.levels[0].grid
     camera = standard_views(grid, "orthographic")["anterior-left"].box_from_clip(grid, aspect=1.0)
     assert np.allclose(np.reshape(matrix, (4, 4)).T, camera, atol=1e-9)
+    # The box fills the picture, which is wider than high or not.
+    corners = np.array([[x, y, z, 1] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * [*grid.extent_mm_zyx[::-1], 1]
+    seen = corners @ np.linalg.inv(np.reshape(zoomed, (4, 4)).T).T
+    assert zoom > 1
+    assert 0.85 < np.abs(seen[:, :2] / seen[:, 3:]).max() < 1
 
 
 @pytest.mark.long
@@ -213,6 +221,123 @@ def test_a_click_in_a_slice_moves_the_others(page) -> None:
     assert found["narrower"] != 0
     assert all(float(each.removesuffix("px")) > 0 for each in found["crossed"])
     assert found["left"] == 0
+
+
+AT_A_SLICE = """
+const { stage } = window.volprep;
+const wait = async (test) => {
+  for (let turn = 0; turn < 400 && !test(); turn++) await new Promise((resolve) => setTimeout(resolve, 25));
+};
+for (const id of ["slices", "cut"]) document.getElementById(id).open = true;
+await wait(() => document.getElementById("frame").classList.contains("four"));
+const told = () => document.querySelector(".slice canvas").getAttribute("aria-label");
+const planes = [];
+const setClip = stage.renderer.setClip.bind(stage.renderer);
+stage.renderer.setClip = (clip) => {
+  planes.push(clip?.planes[0]);
+  return setClip(clip);
+};
+const [axial] = [...document.querySelectorAll("#cut-plane button")].filter((each) => each.textContent === "axial");
+axial.click();
+await wait(() => planes.length === 1);
+const first = told();
+document.querySelector(".slice").dispatchEvent(new WheelEvent("wheel", { deltaY: 100, cancelable: true }));
+await wait(() => planes.length === 2);
+const pressed = axial.getAttribute("aria-pressed");
+const depth = document.querySelector("#cut-plane input");
+const before = told();
+Object.assign(depth, { value: 40 }).dispatchEvent(new Event("input"));
+await wait(() => told() !== before);
+const slices = [first, before, told()];
+const canvas = document.querySelector(".slice canvas");
+const wheel = { deltaY: -200, ctrlKey: true, cancelable: true, clientX: 100, clientY: 300 };
+document.querySelector(".slice").dispatchEvent(new WheelEvent("wheel", wheel));
+const zoomed = [canvas.style.transform, document.getElementById("slice-zoom").value];
+document.getElementById("cut-reset").click();
+await wait(() => planes.at(-1) === undefined);
+stage.renderer.setClip = setClip;
+for (const id of ["slices", "cut"]) document.getElementById(id).open = false;
+return { planes: planes.slice(0, 2), slices, zoomed, pressed };
+"""
+
+
+@pytest.mark.long
+def test_a_cut_at_a_slice_moves_with_it_and_slices_zoom(page, phantom) -> None:
+    found = page.run(AT_A_SLICE)
+    grid: Grid = phantom.report.package.manifest.levels[0].grid
+    places = [float(re.search(r"at (\S+) mm", each.replace("\u2212", "-"))[1]) for each in found["slices"]]
+    assert places[1] != places[0]
+    assert places[2] > places[1]
+    for plane, place in zip(found["planes"], places, strict=False):
+        # A point of the plane in box millimetres lies on the slice, and what is below it stays.
+        normal = np.array(plane[:3])
+        world = grid.world_from_box @ [*(-plane[3] * normal), 1]
+        assert world[2] == pytest.approx(place, abs=0.6)
+        assert np.array(grid.direction)[2] @ normal == pytest.approx(-1)
+    assert found["pressed"] == "true"
+    assert "scale(2)" in found["zoomed"][0]
+    assert float(found["zoomed"][1]) == 2
+
+
+def test_a_histogram_lies_under_the_transfer_function(page) -> None:
+    points = page.run(
+        "const counts = () => document.querySelector('.curve .counts');"
+        "for (let turn = 0; turn < 400 && !counts(); turn++) await new Promise((done) => setTimeout(done, 25));"
+        "return counts()?.getAttribute('points')"
+    )
+    heights = np.array([float(each.split(",")[1]) for each in points.split()])
+    floor = heights[0]
+    assert heights.min() < floor - 50
+    # Each value that the phantom does not have leaves a gap, and the tallest is as high as the curve.
+    assert len(np.unique(heights)) > 5
+
+
+def test_points_are_listed_saved_and_loaded(page) -> None:
+    found = page.run(
+        """
+        const { stage } = window.volprep;
+        const list = () => [...document.querySelectorAll("#points-list li")].map((each) => each.textContent);
+        const file = document.getElementById("points-file");
+        const load = async (text, isDone) => {
+          const files = new DataTransfer();
+          files.items.add(new File([text], "p.json"));
+          file.files = files.files;
+          file.dispatchEvent(new Event("change"));
+          for (let turn = 0; turn < 400 && !isDone(); turn++) await new Promise((resolve) => setTimeout(resolve, 25));
+        };
+        const point = { position_mm: [0, 1, 2], uncertainty_mm: 0.25, level: 0, value: 7, segments: null };
+        const other = { ...point, position_mm: [3, 5, 2] };
+        await load(JSON.stringify({ format: "volpkg-points", version: 1, points: [point, other] }),
+          () => list()[1]?.startsWith("5.00"));
+        const lines = list();
+        const shown = !document.getElementById("points").hidden;
+        await load("{}", () => !document.getElementById("problem").hidden);
+        const problem = document.getElementById("problem").textContent;
+        document.getElementById("problem").hidden = true;
+        const saved = new Promise((resolve) => {
+          const made = URL.createObjectURL;
+          URL.createObjectURL = (blob) => {
+            URL.createObjectURL = made;
+            blob.text().then(resolve);
+            return made.call(URL, blob);
+          };
+        });
+        document.getElementById("points-save").click();
+        const text = await saved;
+        stage.points = [];
+        document.getElementById("ruler").click();
+        document.getElementById("ruler").click();
+        return { lines, shown, problem, text, left: list() };
+        """
+    )
+    assert found["shown"]
+    assert len(found["lines"]) == 2
+    assert found["lines"][1].startswith("5.00 ± 0.500 mm from point 1; value 7")
+    assert "VP7085" in found["problem"]
+    record = json.loads(found["text"])
+    assert [each["position_mm"] for each in record["points"]] == [[0, 1, 2], [3, 5, 2]]
+    assert record["distances"] == [{"from": 0, "to": 1, "mm": 5, "uncertainty_mm": 0.5}]
+    assert found["left"] == []
 
 
 def test_the_picture_is_saved_as_a_png_of_what_is_seen(page) -> None:

@@ -105,7 +105,8 @@ def closed_mesh(field: Float32Array, threshold: float, grid: Grid) -> IndexMesh 
         return None
     # A volume that is cut at its border is closed there.
     padded = np.pad(field, 1, constant_values=outside)
-    positions, triangles, *_ = extract(padded, threshold)
+    # Voxels that have just the threshold would give triangles without area.
+    positions, triangles, *_ = extract(padded, threshold, allow_degenerate=False)
     mesh = IndexMesh(positions.astype(np.float64) - 1.0, triangles.astype(np.int64))
     return mesh if _volume(mesh, grid) > 0 else IndexMesh(mesh.positions_zyx, mesh.triangles[:, ::-1])
 

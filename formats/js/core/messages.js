@@ -74,6 +74,7 @@ Object.assign(WORDS, {
     "the medium {transfer} cannot have the opacity {opacity}",
     "Name a transfer function of a picture whose channels lie on several grids, and give a number from 0 on.",
   ],
+  VP7085: ["these points cannot be read: {problem}", "Give a file that Save points has written."],
 });
 
 export { VolpkgError };

@@ -5,7 +5,7 @@
  */
 import { cross, dot, moved, unit, worldFromBox } from "../camera.js";
 import { VolpkgError } from "../core/messages.js";
-import { drawValues, mediaOnGrids, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
+import { drawValues, labelLine, labelOf, mediaOnGrids, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
 
 /** @typedef {import("../core/renderer.js").Renderer} Renderer */
 /** @typedef {readonly number[]} Point x, y, z */
@@ -48,11 +48,10 @@ void main() {
   float inside = within_K.x <= 0.0 && within_K.y >= 0.0 ? 1.0 : 0.0;
   float value = stored_value_K(start_K);
 `;
-/** The label of the voxel at a place, in 65536ths. */
+/** The label of the voxel at a place: `labelLine` follows. */
 const LABEL = `uniform vec3 u_pick;
 void main() {
   float inside = 1.0;
-  float value = (label_of(PLACE) + 0.5) / 65536.0;
 `;
 
 /**
@@ -108,11 +107,7 @@ export class Picker {
     if (this.#device !== device) this.#programs.clear();
     this.#device = device;
     if (this.#programs.has(name)) return;
-    // Bricks have positions in voxels, and labels, in a 3D texture of their own, have not.
-    const { program, textures } = drawn.choice;
-    const solid = textures.some(({ role, gl }) => role === "labels" && gl.target === "TEXTURE_3D");
-    const size = program.sampling === "bricks" && solid ? " / vec3(textureSize(u_labels, 0))" : "";
-    const label = LABEL.replace("PLACE", `position(u_pick)${size}`);
+    const label = `${LABEL}${labelLine(this.#renderer, "u_pick")}`;
     const media = mediaOnGrids(this.#renderer).map(async ({ channel }, i) => {
       const main = MEDIUM.replaceAll("_K", `_${i}`);
       return [channel, await valueProgram(this.#renderer, `values ${i}`, main, `stored_value_${i}`)];
@@ -187,9 +182,11 @@ export class Picker {
     const beside = steps.flatMap((size, axis) =>
       [-1, 1].map((side) => box.map((each, i) => each + (i === axis ? side * size : 0))),
     );
-    const values = this.#read("value", [box, ...beside]);
+    const places = [box, ...beside];
+    const pixels = this.#pixels("value", places);
+    const values = pixels && places.map((_, i) => valueOf(pixels, i));
     const segments = segmentsOf(this.#renderer);
-    const [label] = (segments && this.#read("label", [box])) || [];
+    const label = segments && this.#pixels("label", [box]);
     const [lowest, highest] = windowOf(this.#renderer);
     const slope = steps.map((size, axis) => (values ? (values[2 + 2 * axis] - values[1 + 2 * axis]) / (2 * size) : 0));
     const ray = box.map((each, i) => each - from[i]);
@@ -201,7 +198,7 @@ export class Picker {
       box_mm: [...box],
       value: values && lowest + values[0] * (highest - lowest),
       values: this.#media(box),
-      segments: segments && label !== undefined ? (segments.labels[Math.floor(label * 65536)]?.segments ?? []) : null,
+      segments: segments && label ? (segments.labels[labelOf(label, 0)]?.segments ?? []) : null,
       normal: Math.hypot(...slope) > 0 ? unit(inWorld) : null,
       depth_mm: Math.hypot(...ray),
       uncertainty_mm: step / 2,
@@ -218,13 +215,7 @@ export class Picker {
     return media.length ? Object.fromEntries(media) : null;
   }
 
-  /** Numbers at places, from 0 to 1; null if the program has none. @param {"value" | "label"} kind @param {Point[]} places */
-  #read(kind, places) {
-    const pixels = this.#pixels(kind, places);
-    return pixels && places.map((_, i) => valueOf(pixels, i));
-  }
-
-  /** @param {string} kind @param {Point[]} places */
+  /** Pixels of places; null if the program has no such numbers. @param {string} kind @param {Point[]} places */
   #pixels(kind, places) {
     const { device, drawn } = /** @type {NonNullable<Renderer["inside"]>} */ (this.#renderer.inside);
     const linked = this.#programs.get(drawn.choice.program.name)?.[kind];

@@ -1,7 +1,7 @@
 /** Slices across the patient's axes: values on a plane, and grey pictures of them over a window of values. */
 import { invert, moved, worldFromBox } from "../camera.js";
 import { VolpkgError } from "../core/messages.js";
-import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
+import { drawValues, labelLine, labelOf, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
 
 /** @typedef {import("../core/renderer.js").Renderer} Renderer */
 /** @typedef {"axial" | "coronal" | "sagittal"} Plane */
@@ -11,12 +11,14 @@ import { drawValues, valueOf, valueProgram, windowOf } from "./values.js";
  * @property {number} [at] from 0 to 1: from the feet to the head, from the front to the back, from right to left; the
  *   middle if absent
  * @property {number} [size] pixels along the longer side, 256 if absent
+ * @property {boolean} [labels] whether to read the labels of segments, for `outline`
  */
 /**
  * @typedef {object} Slice
  * @property {number} width pixels
  * @property {number} height pixels
  * @property {Float32Array} values in the scan's unit, row by row from the top; NaN outside of the volume
+ * @property {Uint16Array | null} labels of the voxels, row by row; null where none were asked for or drawn
  * @property {number} pixel_mm size of a pixel
  * @property {number} position_mm of the plane on its axis of the patient's space (LPS)
  * @property {number[]} corner_mm x, y, z of the upper left corner in the patient's space (LPS)
@@ -49,7 +51,9 @@ void main() {
   vec3 place = u_slice_corner + at.x * u_slice_right + at.y * u_slice_down;
   vec3 within = step(vec3(0.0), place) * step(place, u_slice_extent);
   float inside = within.x * within.y * within.z;
-  float value = stored_value(position(clamp(place, vec3(0.0), u_slice_extent)));
+  vec3 here = clamp(place, vec3(0.0), u_slice_extent);
+`;
+const VALUE = `${MAIN}  float value = stored_value(position(here));
 `;
 
 /**
@@ -58,18 +62,22 @@ void main() {
  * @returns {Promise<Slice | null>} null if the shaders of the package read no values: voxels are classified, or several
  *   channels are drawn
  */
-export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE } = {}) {
+export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE, labels = false } = {}) {
   const axes = PLANES[plane];
   if (!axes || !(at >= 0 && at <= 1) || !(size >= 1 && size <= MOST_SIZE)) {
     const what = JSON.stringify({ plane, at, size });
     const reason = `planes are ${PLANE_NAMES.join(", ")}; at lies from 0 to 1, size from 1 to ${MOST_SIZE}`;
     throw new VolpkgError("VP7082", { what, reason });
   }
-  const linked = await valueProgram(renderer, "slice", MAIN);
+  const linked = await valueProgram(renderer, "slice", VALUE);
+  const isLabelled = labels && segmentsOf(renderer) !== null;
+  const labelled = isLabelled
+    ? await valueProgram(renderer, "slice labels", `${MAIN}${labelLine(renderer, "here")}`)
+    : null;
   if (!linked || !renderer.inside) return null;
   const { corner, right, down, width, height, ...place } = placed(renderer.grid, axes, at, size);
-  const read = () =>
-    drawValues(renderer, linked, [width, height], (gl, { locations }) => {
+  const draw = (/** @type {import("../gl/program.js").Linked} */ program) =>
+    drawValues(renderer, program, [width, height], (gl, { locations }) => {
       const given = { corner, right, down, extent: [...renderer.grid.extent_mm_zyx].reverse() };
       for (const [name, value] of Object.entries(given))
         gl.uniform3fv(locations[`u_slice_${name}`], new Float32Array(value));
@@ -78,11 +86,13 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
     });
   const { bricks } = renderer.inside.drawn.choice;
   const places = () => ({ places: across(corner, right, down), mm: place.pixel_mm });
-  const pixels = bricks ? await bricks.sharpened(read, places) : read();
+  const pixels = bricks ? await bricks.sharpened(() => draw(linked), places) : draw(linked);
+  const marked = labelled && draw(labelled);
   const [low, high] = windowOf(renderer);
   const values = new Float32Array(width * height);
   for (let i = 0; i < values.length; i++) values[i] = pixels[4 * i + 3] ? low + valueOf(pixels, i) * (high - low) : NaN;
-  return { width, height, values, ...place };
+  const found = marked && Uint16Array.from(values, (_, i) => (marked[4 * i + 3] ? labelOf(marked, i) : 0));
+  return { width, height, values, labels: found, ...place };
 }
 
 /** Places on a plane, at which bricks are wanted. @param {number[]} corner @param {number[]} right @param {number[]} down */
@@ -137,3 +147,27 @@ export function grey({ values }, { level, width }) {
   });
   return pixels;
 }
+
+/**
+ * Draws the borders of visible segments into pixels of `grey`, in their colours; of segments that overlap, the first.
+ * @param {Uint8ClampedArray} pixels @param {Slice} slice with labels @param {Renderer} renderer
+ */
+export function outline(pixels, { labels, width, height }, renderer) {
+  const record = renderer.package.manifest.segments;
+  if (!labels || !record) return pixels;
+  const visible = renderer.segments.filter((each) => each.visible ?? true);
+  const shown = record.labels.map(({ segments = [] }) => visible.find(({ name }) => segments.includes(name)));
+  labels.forEach((label, i) => {
+    const here = shown[label];
+    if (!here) return;
+    const [x, y] = [i % width, Math.floor(i / width)];
+    const beside = [x > 0 && i - 1, x < width - 1 && i + 1, y > 0 && i - width, y < height - 1 && i + width];
+    if (beside.every((at) => at === false || shown[labels[at]] === here)) return;
+    const tint = here.tint ?? [1, 1, 1];
+    pixels.set([...tint.map((each) => 255 * encodedOf(each)), 255], 4 * i);
+  });
+  return pixels;
+}
+
+/** sRGB of linear light. @param {number} light */
+export const encodedOf = (light) => (light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055);

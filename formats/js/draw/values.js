@@ -78,6 +78,21 @@ export function drawValues(renderer, linked, [width, height], draw) {
 /** The value of a pixel, from 0 to 1. @param {Uint8Array} pixels @param {number} i index of the pixel */
 export const valueOf = (pixels, i) => pixels[4 * i] / 255 + pixels[4 * i + 1] / 255 ** 2 + pixels[4 * i + 2] / 255 ** 3;
 
+/**
+ * Line of a shader that sets `value` to the label of a voxel, in 65536ths.
+ * @param {Renderer} renderer @param {string} place in box millimetres
+ */
+export function labelLine({ inside }, place) {
+  const { program, textures = [] } = inside?.drawn.choice ?? {};
+  // Bricks have positions in voxels, and labels, in a 3D texture of their own, have not.
+  const solid = textures.some(({ role, gl }) => role === "labels" && gl.target === "TEXTURE_3D");
+  const size = program?.sampling === "bricks" && solid ? " / vec3(textureSize(u_labels, 0))" : "";
+  return `  float value = (label_of(position(${place})${size}) + 0.5) / 65536.0;\n`;
+}
+
+/** The label of a pixel that such a line has drawn. @param {Uint8Array} pixels @param {number} i index of the pixel */
+export const labelOf = (pixels, i) => Math.floor(valueOf(pixels, i) * 65536);
+
 /** Channels of the picture with their transfer functions, if they lie on several grids. @param {Renderer} renderer */
 export function mediaOnGrids({ inside }) {
   const picture = inside?.pack.manifest.pictures.find(({ name }) => name === inside.drawn.choice.picture);

@@ -91,6 +91,8 @@ export class Tools {
   placed() {
     const above = this.#bar.offsetHeight + (this.#fidelity?.offsetHeight ?? 0);
     const { offsetTop, offsetHeight } = this.#status;
+    // What scrolls is reached by keys.
+    this.#status.tabIndex = this.#status.scrollHeight > this.#status.clientHeight ? 0 : -1;
     this.#annotations?.place(above, offsetHeight && this.#canvas.clientHeight - offsetTop);
   }
 

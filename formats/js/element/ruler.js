@@ -1,6 +1,7 @@
 /** Read-out at the pointer, and the distance between two points, drawn over a canvas. */
 import { invert, moved } from "../camera.js";
 
+/** @typedef {import("./points.js").Point} Point */
 /** @typedef {import("../draw/pick.js").Hit} Hit */
 /** @typedef {import("./stage.js").Stage} Stage */
 
@@ -20,19 +21,20 @@ export function words({ value, segments, position_mm: at, voxel, uncertainty_mm:
   return `${named}${value === null ? "" : `value ${short(value)}, `}${place} mm, voxel ${cell}, depth ± ${short(half)} mm`;
 }
 
-/** Distance between two hits, and how wrong it may be, in millimetres. @param {Hit} one @param {Hit} other */
+/** Distance between two hits, and how wrong it may be, in millimetres. @param {Point} one @param {Point} other */
 export function distance(one, other) {
   const apart = Math.hypot(...one.position_mm.map((each, i) => each - other.position_mm[i]));
   return { apart, uncertainty: one.uncertainty_mm + other.uncertainty_mm };
 }
 
-/** Points on the visible volume: a click sets one, and the line between the last two has their distance. */
+/**
+ * Points on the visible volume: a click sets one, and the line to the one before has their distance. They are the
+ * `points` of the stage, which points.js writes to files and reads.
+ */
 export class Ruler {
   #canvas;
   #stage;
   #then;
-  /** @type {Hit[]} */
-  #points = [];
   /** Drawn over the canvas. */
   marks = document.createElementNS(SVG, "svg");
 
@@ -77,7 +79,8 @@ export class Ruler {
       const { left, top, width, height } = this.#canvas.getBoundingClientRect();
       const [across, down] = [(at.clientX - left) / width, (at.clientY - top) / height];
       const hit = await this.#stage.renderer.pick(across * this.#canvas.width, down * this.#canvas.height);
-      if (hit) this.#points = [...this.#points.slice(-1), hit];
+      const { level } = this.#stage.renderer;
+      if (hit) this.#stage.points = [...this.#stage.points, { ...hit, level }];
       this.#then.say(this.#said(hit));
       this.#then.pick(hit);
       this.place();
@@ -87,8 +90,9 @@ export class Ruler {
   }
 
   clear() {
-    this.#points = [];
+    this.#stage.points = [];
     this.#then.say("");
+    this.#then.pick(null);
     this.place();
   }
 
@@ -98,26 +102,26 @@ export class Ruler {
     if (!last) return;
     const clipFromBox = invert(last.boxFromClip);
     const { clientWidth: width, clientHeight: height } = this.#canvas;
-    const at = this.#points.map((each) => {
+    const at = this.#stage.points.map((each) => {
       const [x, y] = moved(clipFromBox, each.box_mm);
       return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
     });
-    const made = at.map(([cx, cy]) =>
-      shape("circle", { cx, cy, r: 5, fill: "none", stroke: "#ff0", "stroke-width": 2 }),
-    );
-    if (at.length === 2) {
-      const [[x1, y1], [x2, y2]] = at;
-      made.unshift(shape("line", { x1, y1, x2, y2, stroke: "#ff0", "stroke-width": 2 }));
-    }
-    this.marks.replaceChildren(...made);
+    const made = at.flatMap(([cx, cy], i) => {
+      const number = shape("text", { x: cx + 8, y: cy - 8, fill: "#ff0", "font-size": 13 });
+      number.textContent = String(i + 1);
+      return [shape("circle", { cx, cy, r: 5, fill: "none", stroke: "#ff0", "stroke-width": 2 }), number];
+    });
+    const line = { points: at.join(" "), fill: "none", stroke: "#ff0", "stroke-width": 2 };
+    this.marks.replaceChildren(shape("polyline", line), ...made);
   }
 
   /** @param {Hit | null} hit */
   #said(hit) {
     if (!hit) return "Nothing is seen there.";
     const read = words(hit, this.#stage.renderer.segments);
-    if (this.#points.length < 2) return read;
-    const { apart, uncertainty } = distance(this.#points[0], this.#points[1]);
+    const [before, last] = this.#stage.points.slice(-2);
+    if (!last) return read;
+    const { apart, uncertainty } = distance(before, last);
     return `${short(apart)} mm between the points, ± ${short(uncertainty)} mm; ${read}`;
   }
 }

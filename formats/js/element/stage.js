@@ -30,6 +30,8 @@ export class Stage {
   #observer = new ResizeObserver(() => this.redraw());
   /** For slow pictures. @type {import("../draw/finisher.js").Finisher | null} */
   #finisher = null;
+  /** Points of the ruler. @type {import("./points.js").Point[]} */
+  points = [];
   /** Whether another user holds the renderer. */
   busy = false;
   /** Called when the renderer has something new to say: another level, another time. @type {() => void} */

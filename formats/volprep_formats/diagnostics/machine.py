@@ -104,6 +104,8 @@ VP7083 RENDER the segment {name} cannot be changed: {problem}
     Take names from renderer.segments; a look has visible, tint (three numbers) and opacity, from 0 to 1.
 VP7084 RENDER the medium {transfer} cannot have the opacity {opacity}
     Name a transfer function of a picture whose channels lie on several grids, and give a number from 0 on.
+VP7085 RENDER these points cannot be read: {problem}
+    Give a file that Save points has written.
 VP7090 MACHINE notebooks need the Python module {module}, which is not installed
     It is in the extra notebook: {how}.
 VP7091 PACKAGE {path}: {size} bytes are too much for a notebook, which holds at most {limit}

@@ -4,12 +4,21 @@ import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
 const STEPS = 200;
+/** Axes of the patient's space across the slices, and the side that stays: lower, back, right. @type {Record<string, [number, number]>} */
+const SLICES = { axial: [2, -1], coronal: [1, 1], sagittal: [0, -1] };
+/** A share of the way along a normal with this sign, from that along the axis, and back. @param {number} sign @param {number} share */
+const along = (sign, share) => (sign > 0 ? share : 1 - share);
 
-/** @param {import("../runtime/stage.js").Stage} stage @param {any} manifest @param {() => void} changed */
-export function cutControls(stage, manifest, changed) {
+/**
+ * @param {import("../runtime/stage.js").Stage} stage
+ * @param {any} manifest
+ * @param {() => void} changed
+ * @param {(plane: string, share: number) => void} put moves a slice
+ */
+export function cutControls(stage, manifest, changed, put) {
   const extent = [...manifest.grid.extent_mm_zyx].reverse();
   const box = [[...extent].fill(0), [...extent]];
-  /** Direction of view in box space, and where the plane stands, 0 in front of everything. @type {{normal: number[], share: number} | null} */
+  /** Direction of view in box space, where the plane stands, 0 in front of everything, and the slice that it is. @type {{normal: number[], share: number, slice?: string} | null} */
   let plane = null;
   const isCut = () =>
     plane !== null || box[0].some((each) => each > 0) || box[1].some((each, axis) => each < extent[axis]);
@@ -46,46 +55,63 @@ export function cutControls(stage, manifest, changed) {
     "aria-label": "Depth of the plane",
   });
   const facing = make("button", { type: "button" }, "Cut towards you, from here");
-  facing.addEventListener("click", () => {
-    plane = { normal: viewDirection(stage), share: 0.5 };
-    depth.disabled = false;
-    depth.value = String(STEPS / 2);
-    apply();
+  /** Cuts by a plane, or by none. @param {typeof plane} wanted */
+  const cutBy = (wanted) => {
+    plane = wanted;
+    depth.disabled = !plane;
+    depth.value = String(STEPS * (plane?.share ?? 0.5));
+    for (const [name, button] of atSlices) button.setAttribute("aria-pressed", String(plane?.slice === name));
+    return apply();
+  };
+  facing.addEventListener("click", () => cutBy({ normal: viewDirection(stage), share: 0.5 }));
+  /** Where the slices are. @type {Record<string, number>} */
+  const shares = {};
+  const atSlices = Object.entries(SLICES).map(([name, [axis, sign]]) => {
+    const button = make("button", { type: "button", "aria-pressed": "false" }, name);
+    const normal = manifest.grid.direction[axis].map((/** @type {number} */ each) => sign * each);
+    button.addEventListener("click", () =>
+      cutBy(plane?.slice === name ? null : { normal, share: along(sign, shares[name] ?? 0.5), slice: name }),
+    );
+    return /** @type {const} */ ([name, button]);
   });
   depth.addEventListener("input", () => {
     if (plane) plane = { ...plane, share: Number(depth.value) / STEPS };
+    if (plane?.slice) put(plane.slice, along(SLICES[plane.slice][1], plane.share));
     apply();
   });
   byId("cut-plane").replaceChildren(
     make(
       "fieldset",
       {},
-      make("legend", {}, "Plane that faces you"),
+      make("legend", {}, "Plane"),
       make("p", { className: "hint" }, "Turn the volume, then cut. The plane stays where it is when you turn on."),
       make("div", { className: "row" }, facing),
+      make("p", { className: "hint" }, "Or at a slice, which moves with it:"),
+      make("div", { className: "row" }, ...atSlices.map(([, button]) => button)),
       make("label", { className: "pair" }, "depth", depth, make("span")),
     ),
   );
   byId("cut-reset").addEventListener("click", () => {
-    plane = null;
-    depth.disabled = true;
     box[0].fill(0);
     extent.forEach((each, axis) => (box[1][axis] = each));
     for (const each of sliders) each.show();
-    apply();
+    cutBy(null);
   });
   return {
     isCut,
+    /** Keeps the cut at a slice that has moved. @param {string} slice @param {number} share */
+    follow: (slice, share) => {
+      shares[slice] = share;
+      const next = SLICES[slice] && along(SLICES[slice][1], share);
+      if (plane?.slice === slice && Math.abs(plane.share - next) > 1e-6) cutBy({ ...plane, share: next });
+    },
     state: () => (isCut() ? { box, plane } : null),
     /** Cuts as a link says. @param {any} state */
     show: async (state) => {
       if (!state) return;
       box.forEach((corner, end) => corner.forEach((_, axis) => (corner[axis] = Number(state.box[end][axis]))));
-      plane = state.plane;
-      depth.disabled = !plane;
-      depth.value = String(STEPS * (state.plane?.share ?? 0.5));
       for (const each of sliders) each.show();
-      await apply();
+      await cutBy(state.plane);
     },
     takeBack: async () => {
       const kept = clip();

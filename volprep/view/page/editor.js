@@ -1,6 +1,7 @@
 /** A transfer function: its curve, and, where the package is editable, its points to be moved. */
 import { make, svg } from "./dom.js";
 import { Heights } from "./heights.js";
+import { histogram } from "./histogram.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { css, linear } from "./srgb.js";
@@ -55,10 +56,12 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
       place.replaceChildren(make("p", { className: "hint" }, said));
       return;
     }
-    place.replaceChildren(...names.map((/** @type {string} */ name) => one(name, picture)));
+    place.replaceChildren(
+      ...names.map((/** @type {string} */ name, /** @type {number} */ i) => one(name, picture, !i)),
+    );
   };
-  /** @param {string} name @param {string} picture */
-  const one = (name, picture) => {
+  /** @param {string} name @param {string} picture @param {boolean} isFirst */
+  const one = (name, picture, isFirst) => {
     const { channel, points, isovalue } = of(manifest, name);
     const heights = new Heights(opaqueMm[name] ?? null);
     const box = make("div");
@@ -74,6 +77,7 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
       show();
     });
     if (name !== picture) box.append(make("h3", {}, name));
+    if (isFirst) curve.count(stage).catch(showProblem);
     box.append(curve.element);
     const unit = channel.source.info.unit ? ` ${channel.source.info.unit}` : "";
     const { drawings } = manifest.pictures.find((/** @type {any} */ each) => each.name === picture);
@@ -145,6 +149,8 @@ class Curve {
   #high;
   #most;
   #heights;
+  /** How often values occur, from 0 to 1. @type {number[]} */
+  #counts = [];
   element;
   fields = make("div", { className: "thirds" });
   buttons = make("div", { className: "row" });
@@ -179,6 +185,13 @@ class Curve {
     this.#form();
   }
 
+  /** Shows how often values occur, under the curve. @param {import("../runtime/stage.js").Stage} stage */
+  async count({ renderer }) {
+    await renderer.ready;
+    this.#counts = (await histogram(renderer, [this.#low, this.#high])) ?? [];
+    this.#draw();
+  }
+
   /** @param {number} value */
   #x(value) {
     return LEFT + ((value - this.#low) / (this.#high - this.#low)) * (WIDTH - LEFT - RIGHT);
@@ -209,6 +222,15 @@ class Curve {
         .map((each) => `${this.#x(each.value)},${this.#y(each.extinction_per_mm)}`)
         .join(" "),
     });
+    const corners = this.#counts.flatMap((share, i) =>
+      [i, i + 1].map((end) => {
+        const x = LEFT + (end / this.#counts.length) * (WIDTH - LEFT - RIGHT);
+        return `${x},${floor - share * (floor - TOP)}`;
+      }),
+    );
+    const outline = `${LEFT},${floor} ${corners.join(" ")} ${WIDTH - RIGHT},${floor}`;
+    const told = svg("title", {}, "How often each value occurs, logarithmic");
+    const counted = corners.length ? [svg("polygon", { class: "counts", points: outline }, told)] : [];
     const label = (/** @type {number} */ value, /** @type {string} */ anchor) =>
       svg("text", { x: this.#x(value), y: HEIGHT - 16, "text-anchor": anchor }, number(value));
     const title = svg(
@@ -231,6 +253,7 @@ class Curve {
     this.element.replaceChildren(
       svg("line", { class: "axis", x1: LEFT, x2: WIDTH - RIGHT, y1: floor, y2: floor }),
       ...areas,
+      ...counted,
       line,
       label(this.#low, "start"),
       label(this.#high, "end"),

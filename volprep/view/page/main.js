@@ -1,4 +1,5 @@
 /** The page: opens the package, draws it, and adds the controls. */
+import { invert, moved } from "../runtime/camera.js";
 import "../runtime/element.js";
 import { words } from "../runtime/fidelity.js";
 import { FIRST_VIEW } from "../runtime/stage.js";
@@ -13,6 +14,7 @@ import { lightControls, lightLine } from "./light.js";
 import { linkControls } from "./link.js";
 import { lookControls } from "./look.js";
 import { measureControls } from "./measure.js";
+import { pointControls } from "./points.js";
 import { lend } from "./lent_renderer.js";
 import { bytes, number, voxels } from "./numbers.js";
 import { showProblem } from "./problems.js";
@@ -20,6 +22,8 @@ import { segmentControls } from "./segments.js";
 import { sliceControls } from "./slices.js";
 import { rendererOf, showSlices } from "./slices_page.js";
 
+/** Part of the picture that a standard view of the volume fills. */
+const FILLED = 0.92;
 const VIEWS = {
   anterior: "the front",
   posterior: "behind",
@@ -58,10 +62,15 @@ async function showVolume(viewer, told) {
   const report = told.report ? await json(told.report).catch(() => null) : null;
   const look = lookControls(stage, manifest, () => changed());
   const editor = functionEditor(stage, manifest, byId("function"), told.opaque_lengths_mm, () => changed());
-  const cut = cutControls(stage, manifest, () => changed());
+  const cut = cutControls(
+    stage,
+    manifest,
+    () => changed(),
+    (plane, share) => slices.put(plane, share),
+  );
   const light = lightControls(stage, manifest, () => changed());
   const segments = segmentControls(stage, manifest, () => changed());
-  const slices = sliceControls(viewer, manifest);
+  const slices = sliceControls(viewer, manifest, cut.follow);
   let picture = stage.renderer.program;
   const changed = async () => {
     const { renderer } = stage;
@@ -93,6 +102,7 @@ async function showVolume(viewer, told) {
   stage.gl.canvas.addEventListener("webglcontextrestored", () => showProblem(null));
   await linkControls(stage, [look, frameControls(stage), cut, segments]);
   toggle("ruler", viewer, "measuring");
+  pointControls(viewer);
   if (told.truth && report) {
     measureControls(byId("measure"), told, {
       lend: (work) => undisturbed(stage, [editor, cut, light, segments], look, report.picture_size, work),
@@ -153,8 +163,26 @@ function viewControls(stage) {
   from.append(...Object.entries(VIEWS).map(([name, text]) => make("option", { value: name }, `Seen from ${text}`)));
   from.value = FIRST_VIEW;
   from.addEventListener("change", () => from.value && stage.look(from.value));
-  stage.onview = (name) => (from.value = name);
+  stage.onview = (name) => {
+    from.value = name;
+    if (name) fill(stage);
+  };
   from.disabled = false;
+  fill(stage);
+  const full = byId("fullscreen");
+  full.hidden = !document.fullscreenEnabled;
+  full.addEventListener("click", () => byId("frame").requestFullscreen().catch(showProblem));
+}
+
+/** Makes the volume as large as the picture. @param {import("../runtime/stage.js").Stage} stage */
+function fill({ orbit, renderer, gl }) {
+  const { clientWidth, clientHeight } = gl.canvas;
+  const aspect = clientWidth / clientHeight || 1;
+  const [ez, ey, ex] = renderer.grid.extent_mm_zyx;
+  orbit.zoom = Math.min(aspect, 1);
+  const clipFromBox = invert(orbit.boxFromClip(aspect, renderer.grid));
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => moved(clipFromBox, [i & 1 && ex, i & 2 && ey, i & 4 && ez]));
+  orbit.zoom = FILLED / Math.max(...corners.flatMap(([x, y]) => [Math.abs(x), Math.abs(y)]));
 }
 
 /** @param {any} manifest */

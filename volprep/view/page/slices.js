@@ -1,13 +1,17 @@
 /**
  * Axial, coronal and sagittal slices beside the volume, with one crosshair: a click in a picture moves the others.
- * Grey over a window of values, which a drag changes; the wheel goes through the slices.
+ * Grey over a window of values, which a drag changes, with the outlines of segments; the wheel goes through the slices,
+ * and zooms with Ctrl.
  */
-import { PLANES, PLANE_NAMES, grey } from "../runtime/slices.js";
+import { PLANES, PLANE_NAMES, grey, outline } from "../runtime/slices.js";
 import { byId, make } from "./dom.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
 const STEPS = 200;
+const MOST_ZOOM = 8;
+/** Pixels along the longer side of a slice, and of one that is zoomed. */
+const [SIZE, ZOOMED_SIZE] = [256, 512];
 /** A pointer that has moved further than this changes the window, or has turned the volume. */
 const CLICK_PX = 4;
 /** The direction in which the position grows. @type {Record<string, string>} */
@@ -21,8 +25,9 @@ const CT_WINDOWS = { "soft tissue": [40, 400], lung: [-600, 1500], bone: [400, 1
  * Fills the card, and puts the slices beside the volume while it is open, at the level that the picture has.
  * @param {any} viewer the element
  * @param {any} manifest
+ * @param {(plane: import("../runtime/slices.js").Plane, share: number) => void} moved called with the place of each slice
  */
-export function sliceControls(viewer, manifest) {
+export function sliceControls(viewer, manifest, moved) {
   const { stage } = viewer;
   const { renderer } = stage;
   const window = windowControls(manifest, () => views.forEach((each) => each.paint()));
@@ -32,9 +37,20 @@ export function sliceControls(viewer, manifest) {
     cross = place;
     show();
   };
-  const views = PLANE_NAMES.map((plane) => sliceView(plane, renderer, window, () => cross, go));
+  const zoom = slider("slice-zoom", 1, MOST_ZOOM, 1, 0.1);
+  /** Zooms all slices; the one of `plane` around a place of its box, the others around the crosshair. */
+  const zoomAll = (/** @type {number} */ wanted, plane = "", /** @type {number[]} */ at = []) => {
+    const next = Math.min(MOST_ZOOM, Math.max(1, wanted));
+    zoom.input.value = String(next);
+    zoom.output.value = `${number(next, 2)}×`;
+    for (const view of views) view.zoomTo(next, view.plane === plane ? at : null);
+    show();
+  };
+  zoom.input.addEventListener("input", () => zoomAll(Number(zoom.input.value)));
+  const views = PLANE_NAMES.map((plane) => sliceView(plane, renderer, window, () => cross, go, zoomAll));
   const note = make("p", { className: "hint", role: "status" });
-  byId("slices-body").replaceChildren(...views.map((each) => each.field), ...window.fields, note);
+  const zoomField = field("Zoom", zoom.input, zoom.output);
+  byId("slices-body").replaceChildren(...views.map((each) => each.field), zoomField, ...window.fields, note);
   let busy = false;
   let again = false;
   const show = async () => {
@@ -52,6 +68,7 @@ export function sliceControls(viewer, manifest) {
       note.textContent = isThere ? "" : "The shaders of this picture read no values of the scan: there are no slices.";
       frame.classList.toggle("four", isThere);
       for (const each of views) each.paint();
+      if (isThere) for (const each of views) moved(each.plane, each.share());
     }
     busy = false;
   };
@@ -75,7 +92,14 @@ export function sliceControls(viewer, manifest) {
     const hit = await renderer.pick(at[0], at[1]).catch(showProblem);
     if (hit) go(hit.position_mm);
   });
-  return { show };
+  return {
+    show,
+    /** Puts a slice at a share of its way. @param {string} plane @param {number} share */
+    put: (plane, share) => {
+      views.find((each) => each.plane === plane)?.put(share);
+      show();
+    },
+  };
 }
 
 /**
@@ -83,8 +107,9 @@ export function sliceControls(viewer, manifest) {
  * @param {import("../runtime/slices.js").Plane} plane @param {import("../runtime/renderer.js").Renderer} renderer
  * @param {ReturnType<typeof windowControls>} window @param {() => number[] | null} cross
  * @param {(place: number[]) => void} go moves the crosshair
+ * @param {(zoom: number, plane: string, at: number[]) => void} zoomAll
  */
-function sliceView(plane, renderer, window, cross, go) {
+function sliceView(plane, renderer, window, cross, go, zoomAll) {
   const [[x, signX], [y, signY], across] = PLANES[plane];
   const canvas = make("canvas", { role: "img", width: 1, height: 1 });
   const lines = ["across", "down"].map((each) => make("i", { className: each, "aria-hidden": "true" }));
@@ -95,15 +120,20 @@ function sliceView(plane, renderer, window, cross, go) {
   const at = slider(`slice-${plane}`, 0, STEPS, STEPS / 2, 1);
   /** @type {import("../runtime/slices.js").Slice | null} */
   let slice = null;
+  let zoom = 1;
+  /** Where the left upper corner of the zoomed picture is in its box. */
+  let offset = [0, 0];
 
+  const share = () => Number(at.input.value) / STEPS;
   const read = async () => {
     const place = cross();
     if (place && slice) {
       const [low, high] = slice.range_mm;
-      const share = Math.min(1, Math.max(0, (place[across] - low) / (high - low)));
-      at.input.value = String(share * STEPS);
+      const part = Math.min(1, Math.max(0, (place[across] - low) / (high - low)));
+      at.input.value = String(part * STEPS);
     }
-    slice = await renderer.slice({ plane, at: Number(at.input.value) / STEPS });
+    const size = zoom > 1 ? ZOOMED_SIZE : SIZE;
+    slice = await renderer.slice({ plane, at: share(), size, labels: true });
   };
   const middle = () => {
     const { corner_mm: corner, pixel_mm: mm, width, height, position_mm } = /** @type {any} */ (slice);
@@ -115,17 +145,39 @@ function sliceView(plane, renderer, window, cross, go) {
   };
   const paint = () => {
     if (!slice) return;
-    const { width, height, corner_mm: corner, pixel_mm: mm, position_mm } = slice;
+    const { width, height, position_mm } = slice;
     Object.assign(canvas, { width, height });
-    canvas.getContext("2d").putImageData(new ImageData(grey(slice, window.now()), width, height), 0, 0);
+    const pixels = outline(grey(slice, window.now()), slice, renderer);
+    canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
     const told = `${number(position_mm)} mm`;
     at.output.value = told;
     at.input.setAttribute("aria-valuetext", told);
     canvas.setAttribute("aria-label", `The ${plane} slice at ${told}, ${ACROSS[plane]}.`);
+    const crossed = crossing();
+    lines[0].style.top = `${zoom * crossed[1] + offset[1]}px`;
+    lines[1].style.left = `${zoom * crossed[0] + offset[0]}px`;
+  };
+  /** Where the crosshair is in the box, before the zoom. */
+  const crossing = () => {
+    const { width, height, corner_mm: corner, pixel_mm: mm } = /** @type {any} */ (slice);
     const place = cross() ?? middle();
     const { left, top, scale } = fitted(canvas, width, height);
-    lines[0].style.top = `${top + ((signY * (place[y] - corner[y])) / mm) * scale}px`;
-    lines[1].style.left = `${left + ((signX * (place[x] - corner[x])) / mm) * scale}px`;
+    return [
+      left + ((signX * (place[x] - corner[x])) / mm) * scale,
+      top + ((signY * (place[y] - corner[y])) / mm) * scale,
+    ];
+  };
+  /** Zooms around a place of the box, or around the crosshair. @param {number} next @param {number[] | null} around */
+  const zoomTo = (next, around) => {
+    if (!slice) return;
+    const fixed = around ?? crossing().map((each, axis) => zoom * each + offset[axis]);
+    const size = [canvas.clientWidth, canvas.clientHeight];
+    offset = fixed.map((each, axis) =>
+      Math.min(0, Math.max(size[axis] * (1 - next), each - ((each - offset[axis]) * next) / zoom)),
+    );
+    zoom = next;
+    canvas.style.transform = `translate(${offset[0]}px, ${offset[1]}px) scale(${zoom})`;
+    paint();
   };
   const moveBy = (/** @type {number} */ steps) => {
     if (!slice) return;
@@ -145,22 +197,34 @@ function sliceView(plane, renderer, window, cross, go) {
     "wheel",
     (/** @type {WheelEvent} */ event) => {
       event.preventDefault();
-      moveBy(Math.sign(event.deltaY));
+      const { left, top } = box.getBoundingClientRect();
+      const pointer = [event.clientX - left, event.clientY - top];
+      if (event.ctrlKey) zoomAll(zoom * 2 ** (-event.deltaY / 200), plane, pointer);
+      else moveBy(Math.sign(event.deltaY));
     },
     { passive: false },
   );
   onClick(box, ({ clientX, clientY }) => {
     if (!slice) return;
-    const around = canvas.getBoundingClientRect();
+    const around = box.getBoundingClientRect();
     const { left, top, scale } = fitted(canvas, slice.width, slice.height);
     const place = middle();
-    place[x] = slice.corner_mm[x] + (signX * slice.pixel_mm * (clientX - around.left - left)) / scale;
-    place[y] = slice.corner_mm[y] + (signY * slice.pixel_mm * (clientY - around.top - top)) / scale;
+    const [right, below] = [clientX - around.left, clientY - around.top].map(
+      (each, axis) => (each - offset[axis]) / zoom,
+    );
+    place[x] = slice.corner_mm[x] + (signX * slice.pixel_mm * (right - left)) / scale;
+    place[y] = slice.corner_mm[y] + (signY * slice.pixel_mm * (below - top)) / scale;
     go(place);
   });
   onDrag(box, window.drag);
   new ResizeObserver(paint).observe(canvas);
-  return { box, read, paint, isThere: () => slice !== null, field: field(`${plane} slice`, at.input, at.output) };
+  const put = (/** @type {number} */ wanted) => {
+    const place = cross();
+    if (!slice || !place) at.input.value = String(wanted * STEPS);
+    else place[across] = slice.range_mm[0] + wanted * (slice.range_mm[1] - slice.range_mm[0]);
+  };
+  const isThere = () => slice !== null;
+  return { plane, box, read, paint, zoomTo, share, put, isThere, field: field(`${plane} slice`, at.input, at.output) };
 }
 
 /** Where `object-fit: contain` puts a picture. @param {HTMLElement} canvas @param {number} width @param {number} height */
