@@ -11,15 +11,16 @@ import { distance } from "./ruler.js";
  * @property {number} uncertainty_mm of the depth at the level that was drawn
  * @property {number} level that was drawn
  * @property {number[]} box_mm x, y, z in box millimetres
- * @property {number | null} [value] in the scan's unit
- * @property {string[] | null} [segments] names of segments
+ * @property {number[]} voxel x, y, z in voxels of level 0
+ * @property {number | null} value in the scan's unit
+ * @property {string[] | null} segments names of segments
  */
 
 const [FORMAT, VERSION, MOST] = ["volpkg-points", 1, 10_000];
 
 /** The points of a stage as a record for `JSON.stringify`. @param {Stage} stage */
 export function pointsRecord({ points, renderer }) {
-  const kept = points.map(({ position_mm, uncertainty_mm, level, value = null, segments = null }) => ({
+  const kept = points.map(({ position_mm, uncertainty_mm, level, value, segments }) => ({
     position_mm,
     uncertainty_mm,
     level,
@@ -39,12 +40,16 @@ export function pointsRecord({ points, renderer }) {
  * @param {Stage} stage @param {string} text of the file
  */
 export function readPoints(stage, text) {
-  const boxFromWorld = invert(worldFromBox(stage.renderer.grid));
-  stage.points = checked(text).map((point) => ({ ...point, box_mm: moved(boxFromWorld, point.position_mm) }));
+  const { grid } = stage.renderer;
+  const boxFromWorld = invert(worldFromBox(grid));
+  stage.points = checked(text).map((point) => {
+    const box_mm = moved(boxFromWorld, point.position_mm);
+    return { ...point, box_mm, voxel: box_mm.map((each, i) => each / grid.spacing_mm_zyx[2 - i] - 0.5) };
+  });
   stage.redraw();
 }
 
-/** @param {string} text @returns {Omit<Point, "box_mm">[]} */
+/** @param {string} text @returns {Omit<Point, "box_mm" | "voxel">[]} */
 function checked(text) {
   const fail = (/** @type {string} */ problem) => {
     throw new VolpkgError("VP7085", { problem });

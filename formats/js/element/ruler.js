@@ -12,7 +12,7 @@ const CLICK_PX = 4;
 /** @param {number} value */
 const short = (value) => Number(value.toPrecision(4)).toString();
 
-/** A hit as one line of text. @param {Hit} hit @param {{name: string, title?: string}[]} all segments of the package */
+/** A hit as one line of text. @param {Point} hit @param {{name: string, title?: string}[]} all segments of the package */
 export function words({ value, segments, position_mm: at, voxel, uncertainty_mm: half }, all) {
   const place = at.map((each) => each.toFixed(1)).join(", ");
   const cell = voxel.map((each) => Math.round(each)).join(", ");
@@ -118,8 +118,8 @@ export class Ruler {
   /** @param {Hit | null} hit */
   #said(hit) {
     if (!hit) return "Nothing is seen there.";
-    const read = words(hit, this.#stage.renderer.segments);
     const [before, last] = this.#stage.points.slice(-2);
+    const read = words(last ?? before, this.#stage.renderer.segments);
     if (!last) return read;
     const { apart, uncertainty } = distance(before, last);
     return `${short(apart)} mm between the points, ± ${short(uncertainty)} mm; ${read}`;
