@@ -159,7 +159,8 @@ def test_two_points_of_the_volume_have_a_distance(page) -> None:
     }
     const marks = inside.querySelectorAll("circle").length;
     document.getElementById("ruler").click();
-    await new Promise((resolve) => setTimeout(resolve, 50));
+    for (let turn = 0; turn < 400 && inside.querySelector("circle"); turn++)
+      await new Promise((resolve) => setTimeout(resolve, 25));
     return { lines, marks, left: inside.querySelectorAll("circle").length };
     """
     turn_back(page)

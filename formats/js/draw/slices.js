@@ -150,7 +150,7 @@ export function grey({ values }, { level, width }) {
 
 /**
  * Draws the borders of visible segments into pixels of `grey`, in their colours; of segments that overlap, the first.
- * @param {Uint8ClampedArray} pixels @param {Slice} slice with labels @param {Renderer} renderer
+ * @param {Uint8ClampedArray<ArrayBuffer>} pixels @param {Slice} slice with labels @param {Renderer} renderer
  */
 export function outline(pixels, { labels, width, height }, renderer) {
   const record = renderer.package.manifest.segments;
