@@ -1,7 +1,7 @@
-"""`python tools/hlsl.py PACKAGE FOLDER`: write the shaders of a package as HLSL (shader model 5), for Unity and Direct3D.
+"""`python tools/hlsl.py PACKAGE FOLDER`: shaders of a package as HLSL (shader model 5), for Unity.
 
-glslangValidator compiles the package's GLSL to SPIR-V, spirv-cross makes HLSL of it, and glslang's HLSL front end checks
-the result. Names and meanings of uniforms stay those of the manifest; samplers become a texture and a sampler each.
+glslangValidator compiles GLSL to SPIR-V, spirv-cross makes HLSL of it, and glslang's front end for HLSL checks the
+result. Names and meanings of uniforms stay those of the manifest; samplers become a texture and a sampler each.
 """
 
 import re

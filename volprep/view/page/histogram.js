@@ -3,7 +3,8 @@
 const [BINS, SLICES, SIZE] = [128, 24, 128];
 
 /**
- * Heights from 0 to 1, logarithmic, of equal parts of a window of values; null where the shaders read no values, and for bricks on demand.
+ * Heights from 0 to 1, logarithmic, of equal parts of a window of values; null where the shaders read no values, and
+ * for bricks on demand.
  * @param {import("../runtime/renderer.js").Renderer} renderer @param {readonly number[]} window
  */
 export async function histogram(renderer, [low, high]) {
