@@ -40,11 +40,9 @@ def _of_levels(verdict: Verdict) -> Iterator[str]:
 
 def _of_finest(finest: FinestOutcome) -> str:
     drawn = f"level {finest.level}" if finest.bound is None else "level 0 from bricks"
-    if finest.beyond:
-        return f"{drawn} beyond in {finest.beyond} of {finest.views} views"
-    if not finest.bound:
-        return f"{drawn} within"
-    return f"{drawn} within, and within {finest.bound:.2g} more for bricks that the device has no room for"
+    told = f"beyond in {finest.beyond} of {finest.views} views" if finest.beyond else "within"
+    missing = f", {finest.bound:.2g} stated for bricks that the device has no room for" if finest.bound else ""
+    return f"{drawn} {told}{missing}"
 
 
 def _seen_from(view: str) -> str:

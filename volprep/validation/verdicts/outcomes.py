@@ -30,8 +30,8 @@ class FinestOutcome(Record):
     beyond: _Number
     """Number of views beyond the tolerance."""
     bound: NonNegative | None = None
-    """Largest error that bricks on demand make which the device has no room for, as stated: it comes on top of the
-    tolerance. Null for a level that is held whole."""
+    """Largest error that bricks on demand make which the device has no room for, as stated. Null for a level that is
+    held whole."""
 
 
 class LostStructures(LostThings):
@@ -84,12 +84,14 @@ class LevelOutcome(Record):
         return self.within and not (self.structures or self.contrast or self.segments or self.parts)
 
 
-def finest_outcome(program: ProgramResult) -> FinestOutcome:
-    """Return the outcome of the finest level of a program: of level 0 from bricks on demand if only these hold it."""
+def finest_outcome(program: ProgramResult, beyond: int) -> FinestOutcome:
+    """Return the outcome of the finest level of a program: of level 0 from bricks on demand if only these hold it.
+
+    `beyond` is the number of its views beyond the tolerance of the scene.
+    """
     level, views, bound = program.level, settled_views(program), None
     if program.settled is not None:
         level, bound = 0, program.settled.bound
-    beyond = sum(not view.passed for view in views)
     return FinestOutcome(level=level, transfer=program.transfer, views=len(views), beyond=beyond, bound=bound)
 
 

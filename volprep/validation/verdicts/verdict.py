@@ -197,7 +197,9 @@ def judge(
     changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
     unlike = tuple(each.program for each in programs if any(not light.passed for light in each.traced_lights))
     others = [other for each in programs for other in each.others]
-    beyond = tuple(other.item for other in others if not other.passed and (other.loses_segments or not other.excused))
+    settled = [each.settled.item for each in programs if each.settled is not None and _beyond_views(each, tolerance)]
+    parts = [other.item for other in others if not other.passed and (other.loses_segments or not other.excused)]
+    beyond = tuple(dict.fromkeys([*settled, *parts]))
     shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)
     worse = _items(other for program in programs for other in program.others if _has_worse_view(other, program))
     return Verdict(
@@ -222,7 +224,7 @@ def judge(
         shifted=shifted,
         worse=worse,
         beyond=beyond,
-        finest=tuple(finest_outcome(program) for program in programs),
+        finest=tuple(finest_outcome(program, _beyond_views(program, tolerance)) for program in programs),
         levels=level_outcomes(programs, tolerance),
         unwitnessed=None if unwitnessed is None else tuple(unwitnessed),
         unproved=tuple(unproved),
@@ -239,6 +241,16 @@ def judge(
         worst_drawing_rmse=worst.drawing.seen_rmse if isinstance(worst, ViewResult) else None,
         share=share_of(worst.seen, tolerance),
     )
+
+
+def _beyond_views(program: ProgramResult, tolerance: Tolerance) -> int:
+    """Count the views beyond the tolerance.
+
+    What a picture from bricks states for those that are missing excuses nothing: it only has to hold.
+    """
+    if program.settled is None:
+        return sum(not view.passed for view in program.views)
+    return sum(not passes(view.seen, tolerance) for view in program.settled.views)
 
 
 def _code(faults: Mapping[VerdictCode, object]) -> VerdictCode:
