@@ -12,7 +12,7 @@ export async function settings() {
   return inside ? JSON.parse(inside.textContent ?? "") : (await fetched(SETTINGS)).json();
 }
 
-/** What a package is opened from: its address, or the bytes that the page holds. @param {string} address */
+/** The source of a package: its address, or the bytes that the page holds. @param {string} address */
 export function packageSource(address) {
   const blocks = blocksOf(address);
   return blocks.length ? new Blob(blocks.map(decoded)) : new URL(address, document.baseURI).href;
