@@ -1,7 +1,7 @@
 """`python tools/hlsl.py PACKAGE FOLDER`: shaders of a package as HLSL (shader model 5), for Unity.
 
 glslangValidator compiles GLSL to SPIR-V, spirv-cross makes HLSL of it, and glslang's front end for HLSL checks the
-result. Names and meanings of uniforms stay those of the manifest; samplers become a texture and a sampler each.
+result. Uniforms keep the names and meanings of the manifest; samplers become a texture and a sampler each.
 """
 
 import re

@@ -99,7 +99,7 @@ typedef enum volpkg_code {
     VOLPKG_CANNOT_DRAW = 5018,   /* the package cannot draw that: no such level, transfer function, program or point */
     VOLPKG_STEP = 5019,          /* a step that is not positive, or too small for the program's loop */
     VOLPKG_NOT_EDITABLE = 5023,  /* the transfer functions of this package are not editable */
-    VOLPKG_BRICK = 5043,         /* a brick cannot be had, or is damaged */
+    VOLPKG_BRICK = 5043,         /* a brick is missing or damaged */
     VOLPKG_POINTS = 7020,        /* these points are not a transfer function */
     VOLPKG_PACKED = 7062,        /* textures of Zstandard frames, which cannot be used in place: zip again */
     VOLPKG_DRACO = 7064          /* a mesh that is compressed with Draco: draw with volpkg_choose, from the box */
@@ -1777,7 +1777,7 @@ size_t volpkg_bricks_bytes(const volpkg_package* package);
 
 /*
  * Choose a picture (NULL: the first one) from bricks, and its textures. Make room for the texture `brick-pool`, whose
- * texels are NULL: volpkg_next_brick gives them brick by brick. Texels of `brick-pages` are those of held->pages.
+ * texels are NULL: volpkg_next_brick gives them brick by brick. Texels of `brick-pages` are in held->pages.
  */
 volpkg_code volpkg_begin_bricks(const volpkg_package* package, const char* picture, void* room, size_t bytes,
                                 volpkg_held_bricks* held, volpkg_drawing* drawing, volpkg_error* error);
@@ -1791,7 +1791,7 @@ void volpkg_choose_bricks(volpkg_held_bricks* held, const double box_from_clip[1
 
 /*
  * Fetch the next brick. 1: upload `texels`, (size + 2 ghost)^3 of them, to the place x, y, z of the pool, counted in
- * bricks. 0: all are there. -1: one could not be had, and `error` names it; ask for the next one. It may take the place
+ * bricks. 0: all are there. -1: one is missing, and `error` names it; ask for the next one. It may take the place
  * of a brick that the view does not want: draw only after volpkg_brick_pages.
  */
 int volpkg_next_brick(volpkg_held_bricks* held, void* texels, int32_t place_xyz[3], volpkg_error* error);
@@ -2006,7 +2006,7 @@ const char* volpkg_words(volpkg_code code) {
         case VOLPKG_NOT_EDITABLE:
             return "the transfer functions of this package are not editable";
         case VOLPKG_BRICK:
-            return "a brick cannot be had, or is damaged";
+            return "a brick is missing or damaged";
         case VOLPKG_POINTS:
             return "these points are not a transfer function";
         case VOLPKG_PACKED:
@@ -7128,7 +7128,7 @@ static int volpkg__brick_part(const volpkg_held_bricks* held, const volpkg__bric
     return *enter < *leave;
 }
 
-/* Note the losses of a cell, and let its opacity hide what follows. */
+/* Note the losses of a cell, and let its opacity hide the cells behind it. */
 static void volpkg__brick_segment(volpkg_held_bricks* held, volpkg__brick_ray* ray, const int32_t cell[3], double at,
                                   double chord, int32_t* used) {
     const double* spacing = held->package->grid->spacing_mm_zyx;
@@ -7309,7 +7309,7 @@ static void volpkg__open_brick(volpkg_held_bricks* held, int32_t* size, int32_t 
             }
 }
 
-/* Sum for each brick its gain and those of all that it covers. */
+/* Sum for each brick its gain and the gains of all that it covers. */
 static void volpkg__sum_below(volpkg_held_bricks* held) {
     int32_t k, i, axis, cell[3];
     memcpy(held->below, held->gains, sizeof *held->below * (size_t)held->count);
@@ -7375,7 +7375,7 @@ static int32_t volpkg__place_for(volpkg_held_bricks* held) {
     return found;
 }
 
-/* Read a brick to its texels; NULL, or what is wrong with it. */
+/* Read a brick to its texels; NULL, or the reason why it is not read. */
 static const char* volpkg__read_brick(volpkg_held_bricks* held, int32_t brick, void* texels) {
     const volpkg_file* file = volpkg_find_file(held->package, held->package->on_demand->bricks);
     const unsigned char* data = file->data + held->begins[brick];

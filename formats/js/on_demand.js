@@ -45,7 +45,7 @@ export class Bricks {
   #index;
   #options;
   #pool;
-  /** Bricks that are damaged, or could not be had, and when they are asked for again. @type {Map<number, number>} */
+  /** Bricks that are damaged or missing, and when they are asked for again. @type {Map<number, number>} */
   #broken = new Map();
   #fetched = 0;
   /** @type {ViewLoss | null} */
@@ -113,7 +113,7 @@ export class Bricks {
   /**
    * Reads a picked point or a slice, and again from the finest bricks under it once these are there.
    * @template Found @param {() => Found} read
-   * @param {(found: Found) => Places} under what it was read from
+   * @param {(found: Found) => Places} under the places that it was read from
    * @returns {Promise<Found>}
    */
   async sharpened(read, under) {

@@ -62,7 +62,7 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
 
 
 def skipping_on_grids(manifest: Manifest, program: ProgramDesign, transfers: Sequence[str], *, skips: bool) -> Feature:
-    """Return the loop of a program through media on several grids, the transfer functions of which are given.
+    """Return the loop of a program through media on several grids, with these transfer functions.
 
     Each looks at the skip table that its own pictures have, if `skips`.
     """

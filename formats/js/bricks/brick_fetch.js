@@ -30,7 +30,7 @@ export async function fetchBricks(index, wanted, signal, give, fail, turn) {
         await fetchGroup(index, group, signal, give, fail, turn);
       } catch (error) {
         if (signal.aborted) return;
-        // What fails together may come alone.
+        // Requests that fail together may succeed alone.
         if (group.length > 1) groups.push(...group.map((brick) => [brick]));
         else fail(group[0], error, false);
       }

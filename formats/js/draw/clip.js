@@ -22,7 +22,7 @@ import { VolpkgError } from "../core/messages.js";
  * @typedef {object} Clip
  * @property {string} key clips with the same key have the same shader text, and differ in values only
  * @property {import("./cut_light.js").CutLight | null} lit the light of the cut volume; null if the package has none
- * @property {readonly (readonly number[])[]} planes x, y, z, offset in box millimetres: what lies behind them is cut away
+ * @property {readonly (readonly number[])[]} planes x, y, z, offset in box millimetres: everything behind them is cut away
  * @property {string[]} uniforms that clipping adds to the shader
  * @property {(fragment: string, path: string, fromLight?: boolean) => string} shader adds clipping to a fragment
  *   shader; `fromLight` for a pass whose rays come from a light

@@ -32,7 +32,7 @@ const PICTURE = {};
 const ENDS = 32;
 const ROUNDS = 3;
 const OPACITY = 0.5;
-/** Places on the way to a point, at which bricks are wanted. */
+/** Places on the way to a point where bricks are wanted. */
 const WAY = 512;
 /** Rays in a step. */
 const WIDTHS = 8;

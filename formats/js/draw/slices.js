@@ -95,7 +95,7 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   return { width, height, values, labels: found, ...place };
 }
 
-/** Places on a plane, at which bricks are wanted. @param {number[]} corner @param {number[]} right @param {number[]} down */
+/** Places on a plane where bricks are wanted. @param {number[]} corner @param {number[]} right @param {number[]} down */
 function across(corner, right, down) {
   const at = (/** @type {number} */ i) => (i + 0.5) / PLACES;
   return Array.from({ length: PLACES ** 2 }, (_, i) =>

@@ -91,7 +91,7 @@ export class Tools {
   placed() {
     const above = this.#bar.offsetHeight + (this.#fidelity?.offsetHeight ?? 0);
     const { offsetTop, offsetHeight } = this.#status;
-    // What scrolls is reached by keys.
+    // Keys reach everything that scrolls.
     this.#status.tabIndex = this.#status.scrollHeight > this.#status.clientHeight ? 0 : -1;
     this.#annotations?.place(above, offsetHeight && this.#canvas.clientHeight - offsetTop);
   }

@@ -36,7 +36,7 @@ export function pointsRecord({ points, renderer }) {
 }
 
 /**
- * Puts the points of a file in place of those of a stage. Throws VP7085 for another file.
+ * Replaces the points of a stage by the points of a file. Throws VP7085 for another file.
  * @param {Stage} stage @param {string} text of the file
  */
 export function readPoints(stage, text) {

@@ -173,7 +173,7 @@ class PartRecords(Record):
     """Picture of the package, PNG."""
 
     def textures_of(self, *roles: str, level: int | None = None) -> list[Texture]:
-        """Return the textures of some roles, or of all if none is given; with `level`, those of one level."""
+        """Return the textures of some roles, or of all if none is given; with `level`, of one level alone."""
         held = (texture for texture in self.textures if not roles or texture.role in roles)
         return [texture for texture in held if level is None or texture.level == level]
 

@@ -24,7 +24,7 @@ EXTENSION = "EXT_voxels"
 _FLOAT = 5126
 _MOST_BYTES = 2**32 - 2**20
 _BOX_FROM_NODE = np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""Axes x, y, z of our box in those of the node: right, forward and up of the draft."""
+"""Axes x, y, z of our box as axes of the node: right, forward and up of the draft."""
 _DRAFT = "glTF 2.1 and EXT_voxels as drafted in August 2026; both may change"
 
 

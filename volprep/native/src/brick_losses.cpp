@@ -13,7 +13,7 @@ constexpr double seen = 0.5 / 255;  // least opacity of a column that counts as 
 constexpr int axes = 3;
 constexpr int media = 2;  // the brick, and the coarser level in its place
 
-// What a column sends to either end, premultiplied with opacity, and what passes it without the layers around.
+// Light of a column at either end, premultiplied, with opacity, and its transmittance without the layers around.
 struct Column {
     Four ahead, behind;
     float clear;
@@ -25,7 +25,7 @@ struct Scratch {
     int64_t voxels;
 
     int32_t* entries(int medium) const noexcept {
-        return reinterpret_cast<int32_t*>(at) + medium * voxels;  // as many bytes
+        return reinterpret_cast<int32_t*>(at) + medium * voxels;  // of the same size
     }
     float* codes(int medium) const noexcept { return at + (media + medium) * voxels; }
     float* squares(int medium, int axis) const noexcept { return at + (2 * media + axes * medium + axis) * voxels; }
@@ -236,7 +236,7 @@ class Brick {
         return sum / 4;
     }
 
-    // Raise losses to those of a direction. Its changes are replaced by sums over wider and wider pixels.
+    // Raise losses to the losses of a direction. Its changes are replaced by sums over wider and wider pixels.
     void raise(Four* changes, int64_t rows, int64_t columns, double* loss) const noexcept {
         double around = 0;
         for (int64_t i = 0; i < rows; ++i) {
@@ -264,7 +264,7 @@ class Brick {
         }
     }
 
-    // Replace sums [rows][columns] by those of two by two; those at the end are of fewer.
+    // Replace sums [rows][columns] by sums of two by two; the last ones have fewer.
     static void halve(Four* sums, int64_t rows, int64_t columns) noexcept {
         const int64_t wide = (columns + 1) / 2;
         for (int64_t i = 0; i < (rows + 1) / 2; ++i) {

@@ -146,7 +146,7 @@ def _program(picture: str, scene: Scene) -> ProgramDesign:
 
 
 def describe_on_demand(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    """Return whether there are bricks on demand, why, and what they cost."""
+    """Return whether there are bricks on demand, why, and their cost."""
     found = plan.part(OnDemandPlan)
     item = PlanItem(name="bricks on demand", kind=KIND, kept=found is not None, reason="")
     if found is None:

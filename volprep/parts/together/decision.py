@@ -188,7 +188,7 @@ def _skipping(
 def _skipping_apart(
     name: str, group: Sequence[ChannelPlan], drawn: DrawnTogether, levels: Sequence[LevelPlan]
 ) -> PlanItem:
-    """Decide whether each channel of several grids skips what it leaves empty, by the tables of its own pictures."""
+    """Decide whether each channel of several grids skips its empty space, by the tables of its own pictures."""
     planned = [plan.part(SkipPlan) for plan in group]
     sizes = {(each.transfer, each.level): math.prod(each.shape_zyx) for skip in planned if skip for each in skip.tables}
     shown = [transfer for transfer in drawn.transfers.values() if (transfer, levels[0].index) in sizes]

@@ -6,7 +6,7 @@ gradient is less than a code, so that rounding turns it, although the value itse
 Rays run along z, from both ends, through patches of the scan, because gradients need neighbours and only rays through
 all slices see what a picture shows. They lie a quarter of a voxel beside the voxels: interpolation smooths a gradient
 there as much as it does on average over a picture. The light is a headlight, as in the measurement of steps. Normals
-that a package holds have codes of their own, of which two may not be filtered.
+that a package holds have codes of their own; two of the codes may not be filtered.
 """
 
 from functools import cached_property

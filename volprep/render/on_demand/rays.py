@@ -2,8 +2,8 @@
 
 A ray passes cells, the bricks of level 0. In front of a cell lie others whose opacity is known from the index, so that
 what is hidden counts less. A brick of level k changes a ray that passes it by its loss, times the light that reaches
-it, times the part of its edge that the ray covers in each cell. What a ray loses of one level is at most the sum of
-that over its bricks: the triangle inequality, also for root mean squares over the pixels of a brick. The squares of
+it, times the part of its edge that the ray covers in each cell. The loss of a ray by one level is at most the sum
+over its bricks: the triangle inequality, also for root mean squares over the pixels of a brick. The squares of
 levels add up: voxels of a level are about means of the finer ones, whose differences from them cancel.
 """
 

@@ -193,7 +193,7 @@ class OtherDrawing(Record):
     styles: tuple[KeptStyle, ...] = ()
     """Kept light of each visible style of segments at a coarse level."""
     bound: NonNegative | None = None
-    """Largest error that its missing bricks make in any view, as stated; null for what is not drawn from bricks on
+    """Largest error that its missing bricks make in any view, as stated; null for drawings without bricks on
     demand. The first such drawing has all bricks that the device holds."""
     views: Annotated[tuple[OtherView, ...], Field(min_length=1)]
     """Standard views."""

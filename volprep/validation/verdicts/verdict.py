@@ -246,7 +246,7 @@ def judge(
 def _beyond_views(program: ProgramResult, tolerance: Tolerance) -> int:
     """Count the views beyond the tolerance.
 
-    What a picture from bricks states for those that are missing excuses nothing: it only has to hold.
+    The bound that a picture states for its missing bricks excuses nothing: it only has to hold.
     """
     if program.settled is None:
         return sum(not view.passed for view in program.views)

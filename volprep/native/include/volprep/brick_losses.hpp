@@ -1,4 +1,4 @@
-// What a picture loses where a brick is drawn from the next coarser level.
+// Loss of a picture where a brick is drawn from the next coarser level.
 //
 // The voxels of a brick, and the coarser level at the same places (trilinear), are composited along each axis, both
 // ways: columns of light. If the light of a column changes by dC and its opacity by dA, its pixel changes by at most
@@ -34,7 +34,7 @@ struct BrickRow {
 };
 
 struct BrickLooks {
-    // [look][axis z, y, x][2][entry]: premultiplied colour and opacity of a voxel along the axis, then those of the
+    // [look][axis z, y, x][2][entry]: premultiplied colour and opacity of a voxel along the axis, then of the
     // part of a voxel that counts in the layer around a brick.
     const float* slabs;
     int64_t looks, entries;

@@ -1,4 +1,4 @@
-//: GLSL ES 3.00: a loop through media on several grids. Each medium jumps over what is empty in it, outside of its box and
+//: GLSL ES 3.00: a loop through media on several grids. Each medium jumps over its empty space, outside of its box and
 //: by its own skip table. A run ends where another medium begins, and where the box of a medium does, so that its samples
 //: are of the same media with the same weights. A run of one medium has a loop of its own: drivers that run both sides of
 //: every branch save nothing by a condition in the loop. Word FIRST_SEEN: the least seen$OF. Sections, of medium $OF:

@@ -11,7 +11,7 @@ from volprep.validation.witness.independent.scan import CannotWitnessError, Witn
 
 _ONE_PLACE_MM = 1e-4
 _OF_COPIES = ("ImagePositionPatient", "RescaleSlope", "RescaleIntercept", "PixelData")
-"""What is equal in copies of an image."""
+"""Elements that are equal in copies of an image."""
 
 
 def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
