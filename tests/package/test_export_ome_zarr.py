@@ -309,6 +309,19 @@ def test_a_label_map_is_written_as_labels_too(tmp_path) -> None:
     assert colors == [{"label-value": 1, "rgba": [255, 0, 0, 255]}, {"label-value": 2, "rgba": [0, 118, 14, 255]}]
 
 
+def test_labels_whose_colours_begin_between_codes_are_written(tmp_path) -> None:
+    codes = np.random.default_rng(3).integers(0, 3, (6, 7, 8)).astype(np.uint8)
+    colours = function(
+        (0.5, (1.0, 0.0, 0.0), 0.0), (0.5, (1.0, 0.0, 0.0), 0.5), (1.5, (1.0, 0.0, 0.0), 0.5), (1.5, (0.0, 0.0, 1.0), 0.5)
+    )
+    tiny_package(tmp_path / "a.volpkg", codes, colours, ES3, labels=True)
+    done = volprep("export", tmp_path / "a.volpkg", tmp_path / "a.ome.zarr")
+    assert done.returncode == 0, done.stderr
+    group = zarr.open_group(tmp_path / "a.ome.zarr" / "labels" / "scan", mode="r")
+    colors = group.attrs["ome"]["image-label"]["colors"]
+    assert colors == [{"label-value": 1, "rgba": [255, 0, 0, 255]}, {"label-value": 2, "rgba": [0, 0, 255, 255]}]
+
+
 def test_the_models_of_the_format_accept_channels_and_labels(tissues, segmented) -> None:
     image = pytest.importorskip("ome_zarr_models.v05.image", reason="ome-zarr-models is not installed")
     label = pytest.importorskip("ome_zarr_models.v05.image_label", reason="ome-zarr-models is not installed")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Grid
 from volprep_formats.package.channel_packages import channel_packages
+from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.segments.record import Segment, Segments
 from volprep_formats.package.parts.segments.texels import held_labels
@@ -18,6 +19,7 @@ from volprep_formats.package.storage.files import source_name
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.readers.volpkg import LevelSource, open_levels
 from volprep_formats.source import SourceInfo, StoredType, VolumeSource
+from volprep_formats.srgb import srgb_of_linear
 from volprep_formats.writers.label_image import LabelImage, WrittenLabel, WrittenSegment
 from volprep_formats.writers.ngff import function_colour
 
@@ -85,8 +87,8 @@ def _is_label_map(manifest: Manifest) -> bool:
 
 
 def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
-    bits = 8 if manifest.quantization is None else manifest.quantization.bits
-    told = manifest.source.info.label_numbers or tuple(range(2**bits))
+    source = manifest.source
+    told = source.info.label_numbers or tuple(range(round(source.statistics.maximum) + 1))
     # Numbers beyond 16 bits are names; the values are then the codes.
     stored_type = _stored_type(told)
     values = np.array(told if stored_type else range(len(told)), np.int64)
@@ -108,12 +110,10 @@ def _entries_of(
 ) -> Iterator[WrittenLabel]:
     """Yield number and colour of each code that the transfer function makes visible."""
     seen = count()
-    for code, number in enumerate(numbers):
-        points = [point for point in function.points if point.value == code and point.extinction_per_mm > 0]
-        if points:
-            shown = function.model_copy(update={"points": tuple(points)})
-            rgba = (*function_colour(shown), _MOST_OPAQUE)
-            yield WrittenLabel(int(values[code]), str(number), rgba, (next(seen),))
+    colours, extinctions_per_mm = Table.exact(function).at(np.arange(len(numbers), dtype=np.float64))
+    for code in np.flatnonzero(extinctions_per_mm > 0.0):
+        red, green, blue = (round(255 * float(part)) for part in srgb_of_linear(colours[code]))
+        yield WrittenLabel(int(values[code]), str(numbers[code]), (red, green, blue, _MOST_OPAQUE), (next(seen),))
 
 
 def _segments(package: Package, segments: Segments, level: int | None) -> LabelImage:
