@@ -15,11 +15,11 @@ def json_lines(value: object, indent: int = 0, prefix: str = "") -> list[str]:
         inner = [(json.dumps(key) + ": ", value[key]) for key in sorted(value)]
         ends = "{}"
     elif isinstance(value, list):
-        inner, ends = [("", each) for each in value], "[]"
+        inner, ends = [("", element) for element in value], "[]"
     else:
         return [start + flat]
     lines = [start + ends[0]]
-    for at, (name, each) in enumerate(inner):
-        lines += json_lines(each, indent + 2, name)
+    for at, (name, member) in enumerate(inner):
+        lines += json_lines(member, indent + 2, name)
         lines[-1] += "," if at < len(inner) - 1 else ""
     return [*lines, " " * indent + ends[1]]

@@ -238,7 +238,7 @@ class Header:
             return
         fields = self.fields[record]
         added = names.ADDED.get(record, ())
-        used = {f"volpkg_{record_name(each)}": each for each in self.fields}
+        used = {f"volpkg_{record_name(field)}": field for field in self.fields}
         pointed = [used[word] for line, _ in added for word in re.findall(r"volpkg_\w+", line) if word in used]
         for struct in [*(member.struct for member in fields.values() if member.struct), *pointed]:
             self._declare(struct, made)
@@ -256,10 +256,10 @@ class Header:
         made[record] = "\n".join(["", *about, f"typedef struct {name} {{", *lines, f"}} {name};"])
 
     def _declared(self, record: str, key: str, member: CType, field: Schema) -> list[str]:
-        shared = [each for each, struct in names.SHARED.items() if struct == record]
+        shared = [value for value, struct in names.SHARED.items() if struct == record]
         about = field.get("description", self.records.get(member.struct, {}).get("description", ""))
         null = self._null_text(f"{record}.{key}", member, field)
-        if any(key not in self.fields[each] for each in shared):
+        if any(key not in self.fields[struct] for struct in shared):
             null = f" All zero in a {' or '.join(map(_snake, shared))} of another kind."
         declared = member.declared.format(self._name(record, key).partition(".")[0])
         if self._is_text(key, member):
@@ -316,7 +316,7 @@ class Header:
         for used in member.uses:
             self._define(used, made)
         if member.name.endswith("_record"):
-            (record,) = (each for each in self.fields if f"{_snake(each)}_record" == member.name)
+            (record,) = (struct for struct in self.fields if f"{_snake(struct)}_record" == member.name)
             self._tabulate(record, made)
         made.setdefault(member.name, member.table)
 
@@ -327,7 +327,7 @@ class Header:
             enum = member.declared.removeprefix("volpkg_").removesuffix(" {};")
             return _constant(enum, default) if isinstance(default, str) and member.declared else "0"
         if isinstance(default, list) and any(default):
-            return "{" + ", ".join(f"{each}" for each in default) + "}"
+            return "{" + ", ".join(f"{value}" for value in default) + "}"
         if isinstance(default, str) and default not in ("", "1.0"):
             return "0, " + f'"{default}"'
         return f"{self._absent(f'{record}.{key}', member, field)}"

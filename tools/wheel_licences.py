@@ -67,7 +67,7 @@ def main() -> None:
         for library in sorted(root.glob("*.libs/*")):
             # Whenever patchelf changes a name it leaves the old table behind: 45 of the 125 MB of OpenVDB.
             _said("objcopy", "--strip-unneeded", str(library))
-        packages = dict(package_of(original_name(each.name)) for each in sorted(root.glob("*.libs/*")))
+        packages = dict(package_of(original_name(path.name)) for path in sorted(root.glob("*.libs/*")))
         (path,) = root.glob("*.dist-info/sboms/auditwheel.cdx.json")
         sbom = json.loads(path.read_text(encoding="utf-8"))
         complete(sbom, packages, distribution(STATIC).version)

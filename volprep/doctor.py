@@ -176,7 +176,7 @@ def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
                 remedy=error.remedy,
             )
             continue
-        known = {f"{each.api} {each.capability}" for other in probes for each in other.wrong}
+        known = {f"{failure.api} {failure.capability}" for other in probes for failure in other.wrong}
         probes.append(probed)
         yield from _drawn(probed, known)
 
@@ -200,7 +200,7 @@ def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:
     """State the probe results of a profile; each failure not in `known` from another profile has its own fact."""
     count, wrong = len(probed.results), probed.wrong
     # Most scans do without the largest sizes.
-    only_sizes = bool(wrong) and all(each.size is not None for each in wrong)
+    only_sizes = bool(wrong) and all(failure.size is not None for failure in wrong)
     needed = probed.profile in _NEEDED_PROFILES and not only_sizes
     yield Fact(
         topic="profile",
@@ -208,17 +208,17 @@ def _drawn(probed: ProfileProbes, known: set[str]) -> Iterator[Fact]:
         found=not wrong,
         needed=needed,
         detail=f"{count - len(wrong)} of {count} formats, filters and sizes drawn right",
-        remedy=f"Wrong: {', '.join(each.capability for each in wrong)}." if wrong else "",
+        remedy=f"Wrong: {', '.join(failure.capability for failure in wrong)}." if wrong else "",
     )
-    for each in wrong:
-        if f"{each.api} {each.capability}" not in known:
+    for failure in wrong:
+        if f"{failure.api} {failure.capability}" not in known:
             yield Fact(
                 topic="drawing",
-                name=f"{each.api} {each.capability}",
+                name=f"{failure.api} {failure.capability}",
                 found=False,
-                needed=needed and each.size is None,
-                detail=f"{each.code} {each.words}",
-                remedy=each.remedy,
+                needed=needed and failure.size is None,
+                detail=f"{failure.code} {failure.words}",
+                remedy=failure.remedy,
             )
 
 

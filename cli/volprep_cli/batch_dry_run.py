@@ -48,19 +48,19 @@ def print_dry_run(
     with progress() as finding:
         has_scene = defaults.scene is not None
         matched = find_scans(jobs, finding, has_scene=has_scene, rules=read, facts=True, others=others.append)
-    taken = [each.scan for each in matched if len(each.rules) == 1 and not each.skip]
+    taken = [scan.scan for scan in matched if len(scan.rules) == 1 and not scan.skip]
     place.prepare()
     found = [job for job in expand(taken, jobs, place.key(), defaults) if part is None or in_shard(job.name, *part)]
     rates = rates_of(Ledger(place).records().values())
     rows = [_Row(job, estimate(job, rates), job.rule, _source(job)) for job in found]
-    rows += [_left_out(each) for each in matched if len(each.rules) != 1 or each.skip]
-    measured = sum(each.measured for each in rates.values())
+    rows += [_left_out(scan) for scan in matched if len(scan.rules) != 1 or scan.skip]
+    measured = sum(rate.measured for rate in rates.values())
     if wants_json():
         print_json({"jobs": [_as_json(row) for row in rows], "measured_packages": measured, **no_scans_json(others)})
     else:
         _print(rows, measured, workers or available_cores(), has_rules=rules is not None)
-        for each in others:
-            print_line(str(each))
+        for value in others:
+            print_line(str(value))
     try:
         require_one_each(matched, rules or Path(jobs))
     except VolprepError as error:
@@ -76,7 +76,7 @@ def _source(job: "Job") -> str:
     name = series_name(job.files[0])
     number = "series without a number" if name.number is None else f"series {name.number}"
     files = f"{len(job.files)} file{'s' if len(job.files) > 1 else ''}"
-    told = ", ".join(each for each in (number, name.kernel, files) if each)
+    told = ", ".join(part for part in (number, name.kernel, files) if part)
     return f"{job.shown_source} ({told})"
 
 
@@ -99,10 +99,10 @@ def _print(rows: list[_Row], measured: int, workers: int, *, has_rules: bool) ->
     cells = [_cells(row) for row in rows]
     headings = ("name", "profile", "rule", "time", "size", "source")
     kept = [number for number, heading in enumerate(headings) if has_rules or heading != "rule"]
-    print_table([headings[k] for k in kept], [[each[k] for k in kept] for each in cells])
+    print_table([headings[k] for k in kept], [[cell[k] for k in kept] for cell in cells])
     known = [row.estimate for row in rows if row.estimate is not None]
     unknown = sum(row.job is not None and row.estimate is None for row in rows)
-    seconds, size = sum(each.seconds for each in known), round(sum(each.size_bytes for each in known))
+    seconds, size = sum(estimate.seconds for estimate in known), round(sum(estimate.size_bytes for estimate in known))
     print_line(f"{sum(row.job is not None for row in rows)} packages; nothing was built")
     basis = f"as {measured} packages in the ledger took" if measured else "as common builds take"
     if unknown:

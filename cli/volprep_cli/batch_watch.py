@@ -111,8 +111,8 @@ class BatchWatcher:
             told = no_scans_json(others)
             self._line(json.dumps({"summary": {**self._counts, "seconds": seconds, "status": int(status), **told}}))
             return
-        for each in others:
-            self._line(str(each))
+        for value in others:
+            self._line(str(value))
         counts = self._counts
         elsewhere = f", {counts['elsewhere']} in work by another batch" if counts["elsewhere"] else ""
         self._line(

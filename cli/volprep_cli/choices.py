@@ -217,21 +217,23 @@ class Choices:
 
 def takes_choices(verb: Callable[..., None]) -> Callable[..., None]:
     """Replace a verb's parameter `choices` by the fields of `Choices` as options."""
-    names = [each.name for each in fields(Choices)]
+    names = [option.name for option in fields(Choices)]
     hints = get_type_hints(Choices, include_extras=True)
     options = [
-        inspect.Parameter(each.name, inspect.Parameter.KEYWORD_ONLY, default=each.default, annotation=hints[each.name])
-        for each in fields(Choices)
+        inspect.Parameter(
+            option.name, inspect.Parameter.KEYWORD_ONLY, default=option.default, annotation=hints[option.name]
+        )
+        for option in fields(Choices)
     ]
     plain = inspect.signature(verb, eval_str=True)
-    others = [each for each in plain.parameters.values() if each.name != "choices"]
+    others = [parameter for parameter in plain.parameters.values() if parameter.name != "choices"]
 
     @functools.wraps(verb)
     def with_options(**given: object) -> None:
         chosen = {name: given.pop(name) for name in names}
         verb(**given, choices=Choices(**chosen))  # type: ignore[arg-type]
 
-    parameters = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in others] + options
+    parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in others] + options
     with_options.__signature__ = plain.replace(parameters=parameters)  # type: ignore[attr-defined]
-    with_options.__annotations__ = {each.name: each.annotation for each in parameters}
+    with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return with_options

@@ -30,16 +30,16 @@ def with_common_options(verb: Callable[..., None]) -> Callable[..., None]:
         want_json(wanted=bool(given["as_json"] if takes_json else given.pop("as_json")))
         verb(**given)
 
-    parameters = [each.replace(kind=keyword) for each in plain.parameters.values()] + added
-    for each in parameters:
-        _leave_reading_to_the_verb(each)
+    parameters = [parameter.replace(kind=keyword) for parameter in plain.parameters.values()] + added
+    for parameter in parameters:
+        _leave_reading_to_the_verb(parameter)
     with_options.__signature__ = plain.replace(parameters=parameters)  # type: ignore[attr-defined]
-    with_options.__annotations__ = {each.name: each.annotation for each in parameters}
+    with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return with_options
 
 
 def _leave_reading_to_the_verb(parameter: inspect.Parameter) -> None:
     """Do not check whether a path can be read: the verb's own error has a code, and a fitting status."""
-    for each in getattr(parameter.annotation, "__metadata__", ()):
-        if isinstance(each, ParameterInfo):
-            each.readable = False
+    for info in getattr(parameter.annotation, "__metadata__", ()):
+        if isinstance(info, ParameterInfo):
+            info.readable = False

@@ -174,8 +174,8 @@ def _unicode(value: object) -> object:
     if isinstance(value, str):
         return _SURROGATE.sub(lambda found: shown(found[0]), value)
     if isinstance(value, dict):
-        return {key: _unicode(each) for key, each in value.items()}
-    return [_unicode(each) for each in value] if isinstance(value, list | tuple) else value
+        return {key: _unicode(value) for key, value in value.items()}
+    return [_unicode(member) for member in value] if isinstance(value, list | tuple) else value
 
 
 def print_line(text: str) -> None:

@@ -20,7 +20,7 @@ def export_looks(package: Path, file: Path, level: int | None, channel: str | No
     require_new(file, force=force)
     require_place(file)
     looks = looks_of(Package.open(package, allow_draft=True).manifest)
-    told: dict[str, object] = {"file": str(file), "looks": [each.name for each in looks.looks]}
+    told: dict[str, object] = {"file": str(file), "looks": [look.name for look in looks.looks]}
     if file.suffix.lower() == ".json":
         with new_file(file) as opened:
             opened.write(looks.model_dump_json(indent=1, exclude_none=True).encode() + b"\n")

@@ -118,7 +118,7 @@ def _first(path: Path) -> dict[str, Any]:
 def _said(found: dict[str, Any]) -> str:
     if "problem" in found:
         return f"{found['problem']['code']} {found['problem']['summary']}"
-    spacing = " × ".join(f"{each:.4g}" for each in reversed(found["spacing_mm_zyx"]))
+    spacing = " × ".join(f"{value:.4g}" for value in reversed(found["spacing_mm_zyx"]))
     low, high = found["values"]
     size = f"{voxels_text(found['shape_zyx'])} voxels of {found['stored_type']}, {spacing} mm"
     return f"{found['format']}: {size}, values {low:g} to {high:g} {found['unit']}".rstrip()

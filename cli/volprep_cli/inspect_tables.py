@@ -57,7 +57,7 @@ def tables_of(manifest: "Manifest", right_up_to: Mapping[int, int | None]) -> It
     yield _pictures(manifest)
     yield _programs(manifest)
     yield _plan(manifest)
-    rows = [(each.path, each.role, bytes_text(each.size_bytes), each.sha256[:16]) for each in manifest.files]
+    rows = [(file.path, file.role, bytes_text(file.size_bytes), file.sha256[:16]) for file in manifest.files]
     yield PrintedTable("FILES", ("file", "role", "size", "SHA-256"), [*rows])
 
 
@@ -118,14 +118,14 @@ def _most_opaque(manifest: "Manifest", transfer: "TransferFunction") -> str:
 def _segments(segments: "Segments") -> PrintedTable:
     rows: Rows = [
         (
-            each.name,
-            each.title or "",
-            str(each.number),
-            f"{each.volume_ml:.4g}",
-            each.transfer,
-            f"{each.opacity:g}" if each.visible else "hidden",
+            segment.name,
+            segment.title or "",
+            str(segment.number),
+            f"{segment.volume_ml:.4g}",
+            segment.transfer,
+            f"{segment.opacity:g}" if segment.visible else "hidden",
         )
-        for each in segments.segments
+        for segment in segments.segments
     ]
     return PrintedTable("SEGMENTS", ("segment", "title", "number", "volume ml", "transfer", "opacity"), rows)
 

@@ -48,8 +48,8 @@ def judge(
         print_json(found.model_dump(mode="json"))
         return
     print_line(f"{output}: {len(found.measured)} measurements; allowed are RMSE {found.tolerance_rmse:g}")
-    for each in found.measured:
-        share = each.kept_contrast
+    for measurement in found.measured:
+        share = measurement.kept_contrast
         kept = "" if share is None else f", thin things keep {100 * share:.0f} % of their contrast"
-        size = f"{each.pixels_per_voxel:g} pixels a voxel"
-        print_line(f"  {each.look}, level {each.level}, {size}: RMSE {each.rmse:.3g}{kept}")
+        size = f"{measurement.pixels_per_voxel:g} pixels a voxel"
+        print_line(f"  {measurement.look}, level {measurement.level}, {size}: RMSE {measurement.rmse:.3g}{kept}")

@@ -72,11 +72,11 @@ def _print(looked: "ScanPreview") -> None:
     from volprep.pipeline.look import size_bytes
 
     info = looked.info
-    kind = " ".join(each for each in (info.format, info.modality) if each)
+    kind = " ".join(value for value in (info.format, info.modality) if value)
     size = f"{voxels_text(info.grid.shape_zyx)} voxels of {info.stored_type}, {bytes_text(size_bytes(info))}"
     print_line(f"{kind}: {size}")
     spacing, extent = (
-        " × ".join(f"{each:.4g}" for each in reversed(lengths))
+        " × ".join(f"{length:.4g}" for length in reversed(lengths))
         for lengths in (info.grid.spacing_mm_zyx, info.grid.extent_mm_zyx)
     )
     print_line(f"voxels of {spacing} mm, {extent} mm in all")

@@ -160,6 +160,6 @@ def _print_costs(costs: "Sequence[LevelCost]") -> None:
     print_line("")
     print_line("memory for drawing on a device, without pictures and meshes")
     rows = [
-        (each.picture, str(each.level), bytes_text(each.upload_bytes), bytes_text(each.gpu_bytes)) for each in costs
+        (cost.picture, str(cost.level), bytes_text(cost.upload_bytes), bytes_text(cost.gpu_bytes)) for cost in costs
     ]
     print_table(("transfer function", "level", "upload", "GPU memory"), rows)

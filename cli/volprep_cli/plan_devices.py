@@ -18,20 +18,20 @@ def print_frame(frame: "Frame") -> None:
     print_line(f"{frame.gpu}: the least error in {frame.frame_ms:g} ms, for pictures of {size} pixels")
     rows = [
         (
-            each.transfer,
-            str(each.chosen.level),
-            f"{each.chosen.step_mm:.3g} mm",
-            _range(each.chosen_ms),
-            f"{each.chosen.rmse:.3g}",
-            _range(each.growth.ns_per_pixel),
-            _given_up(each),
+            choice.transfer,
+            str(choice.chosen.level),
+            f"{choice.chosen.step_mm:.3g} mm",
+            _range(choice.chosen_ms),
+            f"{choice.chosen.rmse:.3g}",
+            _range(choice.growth.ns_per_pixel),
+            _given_up(choice),
         )
-        for each in frame.choices
+        for choice in frame.choices
     ]
     print_table(("transfer function", "level", "step", "ms", "RMSE", "ns per pixel", "gives up"), rows)
     if frame.canvas is not None:
         print_line(f"Times are scaled from pictures of {measured} pixels, that the volume fills to the same share.")
-        if any(each.growth.proportional for each in frame.choices):
+        if any(alternative.growth.proportional for alternative in frame.choices):
             print_line(_ONE_SIZE)
     if frame.throttled:
         print_line(_THROTTLED)
@@ -95,7 +95,8 @@ def _size(canvas: "Canvas | None", measured: str) -> str:
 
 def _range(value: "Interval") -> str:
     expected, least, most = (
-        f"{each:.3g}" if each < _FOUR_DIGITS else f"{each:.0f}" for each in (value.expected, value.least, value.most)
+        f"{value:.3g}" if value < _FOUR_DIGITS else f"{value:.0f}"
+        for value in (value.expected, value.least, value.most)
     )
     return f"{expected} ({least} to {most})"
 

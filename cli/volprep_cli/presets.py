@@ -56,14 +56,18 @@ def _draw(scan: Path, folder: Path, *, force: bool) -> None:
         drawn = draw_presets(request_of(scan), folder, watcher)
     if wants_json():
         told = [
-            {"name": each.name, "picture": None if each.picture is None else str(each.picture), "note": each.why_not}
-            for each in drawn
+            {
+                "name": preset.name,
+                "picture": None if preset.picture is None else str(preset.picture),
+                "note": preset.why_not,
+            }
+            for preset in drawn
         ]
         print_json({"presets": told})
         return
-    for each in drawn:
-        where = "no picture" if each.picture is None else str(each.picture)
-        print_line(f"{each.name:<20} {where}{f': {each.why_not}' if each.why_not else ''}")
+    for preset in drawn:
+        where = "no picture" if preset.picture is None else str(preset.picture)
+        print_line(f"{preset.name:<20} {where}{f': {preset.why_not}' if preset.why_not else ''}")
 
 
 def _print_strip(name: str, preset: "Preset") -> None:

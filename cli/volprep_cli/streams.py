@@ -103,4 +103,4 @@ def _in_other_letters(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
-    return "".join(_PLAIN.get(each) or each.encode("unicode_escape").decode("ascii") for each in text), error.end
+    return "".join(_PLAIN.get(word) or word.encode("unicode_escape").decode("ascii") for word in text), error.end

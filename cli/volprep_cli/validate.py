@@ -184,7 +184,7 @@ def _print(report: "Report", folder: Path) -> None:
         _print_witness(report.witness)
     if report.derivation is not None:
         print_line(f"derived again from the scan and compared: {report.derivation.files} files")
-    if any(each.preview_only for each in report.verdict.levels):
+    if any(level.preview_only for level in report.verdict.levels):
         loose = allowed.of_previews
         limits = f"RMSE {loose.rmse:g}, FLIP {loose.flip:g}; kept light at least {loose.kept_light:g}"
         print_line(f"allowed for previews, unless box means of the scan are beyond it, too: {limits}")
@@ -323,8 +323,8 @@ def _worst(views: "Sequence[SeenNumbers]") -> str:
 
     if not views:
         return "–"
-    kept = _kept(least_light(each.kept_light for each in views))
-    return f"{max(each.rmse for each in views):.3g} / {max(each.flip for each in views):.3g} / {kept}"
+    kept = _kept(least_light(view.kept_light for view in views))
+    return f"{max(compared.rmse for compared in views):.3g} / {max(compared.flip for compared in views):.3g} / {kept}"
 
 
 def _print_witness(witness: "Witness") -> None:
@@ -346,9 +346,9 @@ def _print_witness(witness: "Witness") -> None:
     if rows:
         print_table(("program", "view", "from truth", "from package", "its own error", "VTK"), rows)
     checks = []
-    for each in witness.checks:
-        verdict = "agrees" if each.passed else "disagrees"
-        checks.append((each.item, each.by, each.what, number(each.found), number(each.limit), verdict))
+    for check in witness.checks:
+        verdict = "agrees" if check.passed else "disagrees"
+        checks.append((check.item, check.by, check.what, number(check.found), number(check.limit), verdict))
     if checks:
         print_table(("second reading", "by", "what", "found", "limit", "verdict"), checks)
     print_line("")

@@ -150,8 +150,8 @@ export class VolumeViewer extends HTMLElement {
   /** @param {Package} pack */
   #programOf(pack) {
     const name = this.getAttribute("function");
-    if (!name || pack.programs.some((each) => each.name === name)) return name;
-    this.#wrong("function", `the package has ${pack.programs.map((each) => each.name).join(", ")}`);
+    if (!name || pack.programs.some((program) => program.name === name)) return name;
+    this.#wrong("function", `the package has ${pack.programs.map((program) => program.name).join(", ")}`);
     return null;
   }
 
@@ -167,7 +167,7 @@ export class VolumeViewer extends HTMLElement {
       if (program) stage.renderer.setProgram(program).catch((error) => this.#fail(error));
     } else if (name === "background") {
       const found = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(value || "#000000");
-      if (found) stage.backdrop = found.slice(1).map((each) => parseInt(each, 16) / 255);
+      if (found) stage.backdrop = found.slice(1).map((value) => parseInt(value, 16) / 255);
       else fail("it is not #rrggbb");
     } else if (name === "clip") {
       const numbers = value
@@ -207,7 +207,7 @@ export class VolumeViewer extends HTMLElement {
   /** Shows tools, or takes them away. */
   async #equip() {
     const stage = this.#stage;
-    const isWanted = () => TOOLS.some((each) => this.hasAttribute(each));
+    const isWanted = () => TOOLS.some((tool) => this.hasAttribute(tool));
     const found = isWanted() ? await import("./element/element_tools.js") : null;
     if (!stage || this.#stage !== stage) return;
     this.#tools?.remove();

@@ -35,7 +35,7 @@ async function fileOf(event, folder, path) {
   const cache = await caches.open(KEPT);
   const manifest = await cache.match(`${folder}manifest.json`);
   const { files = [] } = manifest ? await manifest.json() : {};
-  const digest = files.find((/** @type {any} */ each) => each.path === path)?.sha256;
+  const digest = files.find((/** @type {any} */ file) => file.path === path)?.sha256;
   const key = `${folder}?sha256=${digest}`;
   const found = digest && (await cache.match(key));
   if (found) return found;

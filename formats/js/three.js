@@ -346,7 +346,7 @@ export class Volume extends THREE.Mesh {
     const now = performance.now();
     if (!isFirst && differs(state)) view.movedAt = now;
     const moving = now - view.movedAt < REST_MS;
-    const all = [...state, ...bodies.map((each) => each.renderer.revision)];
+    const all = [...state, ...bodies.map((body) => body.renderer.revision)];
     if (!isFirst && !differs(all) && !(view.coarse && !moving)) return true;
     view.state = all;
     const depth = texture ? { texture, reversed: bodies[0].seen.reversed } : undefined;

@@ -165,7 +165,7 @@ def inverse_of(matrix: Affine) -> Affine:
     cofactors = ((e * i - f * h, c * h - b * i, b * f - c * e), (f * g - d * i, a * i - c * g, c * d - a * f),
                  (d * h - e * g, b * g - a * h, a * e - b * d))  # fmt: skip
     determinant = a * cofactors[0][0] + b * cofactors[1][0] + c * cofactors[2][0]
-    rows = [tuple(each / determinant for each in row) for row in cofactors]
+    rows = [tuple(value / determinant for value in row) for row in cofactors]
     first, second, third = (row_of((u, v, w, -(u * x + v * y + w * z))) for u, v, w in rows)
     return first, second, third
 

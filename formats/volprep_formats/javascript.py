@@ -48,30 +48,30 @@ def stripped(text: str) -> str:
     head = ""
     blocks: list[bool] = []
     is_block = False
-    for each in _private(_tokens(text)):
-        if each.isspace():
-            gap = "\n" if "\n" in gap + each else " "
+    for word in _private(_tokens(text)):
+        if word.isspace():
+            gap = "\n" if "\n" in gap + word else " "
             continue
-        if made and made[-1] == ";" and each[0] == "}" and not (made[-2] == ")" and head in _HEADS):
+        if made and made[-1] == ";" and word[0] == "}" and not (made[-2] == ")" and head in _HEADS):
             # Where a block ends, so does its last statement. Behind the head of a loop a semicolon is all of its body.
             made.pop()
-        if each == "(":
+        if word == "(":
             parentheses.append(made[-1] if made else "")
-        elif each == ")" and parentheses:
+        elif word == ")" and parentheses:
             head = parentheses.pop()
-        if each == "function" and made and made[-1] in _NEVER_LAST - {"{", ";"}:
+        if word == "function" and made and made[-1] in _NEVER_LAST - {"{", ";"}:
             raise ScriptError("a function without a name of its own")
-        if each == "{":
+        if word == "{":
             blocks.append(bool(made) and made[-1] in _BEFORE_A_BLOCK)
         elif made and made[-1] == "}" and gap == "\n" and is_block:
             # Behind a block nothing has to end a statement.
             gap = ""
-        if each == "}":
+        if word == "}":
             is_block = blocks.pop() if blocks else False
-        if made and gap and (between := _between(made[-1], each, gap)):
+        if made and gap and (between := _between(made[-1], word, gap)):
             made.append(between)
         # Declare constants with `let` too: one keyword for both compresses better.
-        made.append("let" if each == "const" and made[-1:] != ["."] else each)
+        made.append("let" if word == "const" and made[-1:] != ["."] else word)
         gap = ""
     return "".join(made) + "\n"
 

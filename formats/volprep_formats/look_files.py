@@ -61,7 +61,7 @@ def _looks_in(document: object) -> object:
         if document.get("format") == "volume-looks":
             return document
         nodes = document.get("nodes", ())
-        extras = [each.get("extras") for each in nodes if isinstance(each, dict)] if isinstance(nodes, list) else []
+        extras = [node.get("extras") for node in nodes if isinstance(node, dict)] if isinstance(nodes, list) else []
         for holder in (document.get("attributes"), *extras):
             if isinstance(holder, dict) and KEY in holder:
                 return holder[KEY]

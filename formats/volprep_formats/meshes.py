@@ -88,7 +88,7 @@ def read_glb(data: bytes, name: str) -> GlbMesh:
         gltf = _Gltf.model_validate_json(text)
     except ValidationError as error:
         _fail(name, problems(error))
-    primitives = tuple(_read(gltf, each, binary, name) for each in gltf.meshes[0].primitives)
+    primitives = tuple(_read(gltf, primitive, binary, name) for primitive in gltf.meshes[0].primitives)
     return GlbMesh(primitives, gltf.nodes[0].scale, bool(gltf.extensions_required))
 
 

@@ -68,7 +68,7 @@ def _room(path: Path, error: OSError, needed_bytes: int | None) -> str:
         return ""
     told = [] if needed_bytes is None else [f"it takes {needed_bytes} bytes"]
     if error.errno != errno.EFBIG:
-        folder = next((each for each in (path, *path.absolute().parents) if each.exists()), Path("/"))
+        folder = next((parent for parent in (path, *path.absolute().parents) if parent.exists()), Path("/"))
         with suppress(OSError):
             told.append(f"{shutil.disk_usage(folder).free} bytes are free")
     return "; " + ", ".join(told) if told else ""

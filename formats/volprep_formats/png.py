@@ -64,7 +64,7 @@ def _filtered(rows: UInt8Array, channels: int) -> Iterator[bytes]:
         here, left = part[1:, channels:], part[1:, :-channels]
         above, corner = part[:-1, channels:], part[:-1, :-channels]
         predicted = (0, left, above, (left + above) >> 1, _paeth(left, above, corner))
-        filtered = np.stack([(here - each).astype(np.uint8) for each in predicted])
+        filtered = np.stack([(here - value).astype(np.uint8) for value in predicted])
         best = np.abs(filtered.view(np.int8).astype(np.int16)).sum(axis=2, dtype=np.int64).argmin(axis=0)
         chosen = filtered[best, np.arange(len(best))]
         yield np.concatenate([best.astype(np.uint8)[:, None], chosen], axis=1).tobytes()

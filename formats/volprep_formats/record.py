@@ -80,7 +80,9 @@ def _unknown_key(detail: "ErrorDetails", details: list["ErrorDetails"], record: 
     from difflib import get_close_matches  # noqa: PLC0415 - only for a message
 
     *parent, key = detail["loc"]
-    missing = [str(each["loc"][-1]) for each in details if each["type"] == "missing" and [*each["loc"][:-1]] == parent]
+    missing = [
+        str(detail["loc"][-1]) for detail in details if detail["type"] == "missing" and [*detail["loc"][:-1]] == parent
+    ]
     name = _name([part for part in detail["loc"] if _is_key(part)])
     if meant := get_close_matches(str(key), missing, n=1):
         return f"{name}: unknown key, {meant[0]} is missing"
@@ -100,17 +102,17 @@ def _keys_at(record: type[Record] | None, place: Sequence[int | str]) -> list[st
     """Return the keys of the records at a place within `record`."""
     records = [] if record is None else [record]
     for part in place:
-        if isinstance(part, str) and any(part in each.model_fields for each in records):
-            fields = [each.model_fields[part].annotation for each in records if part in each.model_fields]
+        if isinstance(part, str) and any(part in record.model_fields for record in records):
+            fields = [record.model_fields[part].annotation for record in records if part in record.model_fields]
             records = [inner for annotation in fields for inner in _records_in(annotation)]
-    return [name for each in records for name in each.model_fields]
+    return [name for record in records for name in record.model_fields]
 
 
 def _records_in(annotation: object) -> list[type[Record]]:
     """Return the record types in an annotation, such as tuple[SceneTransfer, ...] or GridSettings | None."""
     if isinstance(annotation, type) and issubclass(annotation, Record):
         return [annotation]
-    return [each for inner in get_args(annotation) for each in _records_in(inner)]
+    return [record for inner in get_args(annotation) for record in _records_in(inner)]
 
 
 def _by_key(details: list["ErrorDetails"]) -> list[str]:

@@ -71,14 +71,14 @@ def _visit(name: str, texts: dict[str, str], order: list[str]) -> None:
 
 
 def _names(listed: str | None) -> list[str]:
-    return [each.strip() for each in (listed or "").split(",") if each.strip()]
+    return [word.strip() for word in (listed or "").split(",") if word.strip()]
 
 
 def _core(texts: list[str], exports: list[str]) -> str:
     """Bundle modules into one, in which each top-level name has one meaning."""
     names = [name for text in texts for name in _TOP.findall(text)]
     twice = sorted({name for name in names if names.count(name) > 1})
-    aliases = [each for text in texts for imported, _ in _IMPORT.findall(text) for each in imported.split(" as ")[1:]]
+    aliases = [word for text in texts for imported, _ in _IMPORT.findall(text) for word in imported.split(" as ")[1:]]
     if twice or aliases:
         raise ScriptError(f"modules of {CORE} have names in common, or import by other names: {twice} {aliases}")
     # Minify each module separately: private fields then get the same short names in all, which compresses better.

@@ -56,7 +56,7 @@ def printable(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Return `text` with every unprintable character escaped."""
-    return text if text.isprintable() else "".join(each if each.isprintable() else _escape(each) for each in text)
+    return text if text.isprintable() else "".join(word if word.isprintable() else _escape(word) for word in text)
 
 
 def _escape(character: str) -> str:

@@ -248,7 +248,7 @@ class SourceSpec(Record):
     def without_place(self) -> Self:
         """Return the same source without paths and selectors: these are untrusted names."""
         if isinstance(self.channels, tuple) and self.channels:
-            return self.model_copy(update={"channels": tuple(each.without_place() for each in self.channels)})
+            return self.model_copy(update={"channels": tuple(channel.without_place() for channel in self.channels)})
         mask = None if self.mask is None else "mask"
         return self.model_copy(update={"path": "imported", "mask": mask, **dict.fromkeys(_NAMES)})
 

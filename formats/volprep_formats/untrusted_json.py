@@ -46,7 +46,7 @@ def read_record(model: type[_Model], data: bytes, unknown_keys: Literal["forbid"
         try:
             return model.model_validate_json(data, strict=True, extra=unknown_keys)
         except ValidationError as error:
-            if not any(_is_whole(each["input"]) for each in error.errors(include_url=False)):
+            if not any(_is_whole(error["input"]) for error in error.errors(include_url=False)):
                 raise
             # An integer may be written as 2.0, as in JSON Schema.
             text = json.dumps(json.loads(data, parse_float=_number))

@@ -89,10 +89,7 @@ def test_a_scheduler_that_does_not_answer_is_named(tmp_path, monkeypatch) -> Non
 def test_a_scheduler_without_workers_is_named(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(engines, "_WAIT_S", 0.5)
     write_scans(tmp_path / "in", 1)
-    with (
-        LocalCluster(n_workers=0, dashboard_address=ONLY_HERE) as empty,
-        pytest.raises(VolprepError, match="VP8032"),
-    ):
+    with LocalCluster(n_workers=0, dashboard_address=ONLY_HERE) as empty, pytest.raises(VolprepError, match="VP8032"):
         run(tmp_path / "in", tmp_path / "out", empty.scheduler_address)
 
 

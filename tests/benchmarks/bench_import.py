@@ -143,14 +143,7 @@ def import_table(rows: list[ImportRow]) -> Table:
     """Table for people."""
     table = Table("import of DICOM", "how", "ours s", "peer", "peer s", "ours ÷ peer")
     for row in rows:
-        table.add_row(
-            row.series,
-            row.how,
-            f"{row.ours_s:.2f}",
-            row.peer,
-            f"{row.peer_s:.2f}",
-            f"{row.ratio:.2f}",
-        )
+        table.add_row(row.series, row.how, f"{row.ours_s:.2f}", row.peer, f"{row.peer_s:.2f}", f"{row.ratio:.2f}")
     return table
 
 

@@ -70,10 +70,7 @@ def contests() -> Iterator[Contest]:
         "mosaic, one channel",
         volume,
         Packing(),
-        {
-            "numpy transposed copy": transposed_copy,
-            "skimage montage": lambda: montage(volume, grid_shape=(side, side)),
-        },
+        {"numpy transposed copy": transposed_copy, "skimage montage": lambda: montage(volume, grid_shape=(side, side))},
     )
     four = volume[: depth - depth % 4]
     rows, columns = 10, 11

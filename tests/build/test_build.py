@@ -242,11 +242,7 @@ class TestWhatItDoesNotDoTwice:
     @pytest.mark.parametrize(
         ("old", "new", "expected"),
         [
-            (
-                "[pyramid]",
-                "[render]\nopacity_cutoff = 0.9\n[pyramid]",
-                "import quantize texture unchanged",
-            ),
+            ("[pyramid]", "[render]\nopacity_cutoff = 0.9\n[pyramid]", "import quantize texture unchanged"),
             ("coarsest_longest_axis = 16", "coarsest_longest_axis = 30", "import quantize unchanged"),
             ("value = 900.0", "value = 950.0", "import unchanged"),
             ("spacing_mm_zyx = [2.5", "spacing_mm_zyx = [2.0", "nothing unchanged"),

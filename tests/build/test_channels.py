@@ -294,10 +294,7 @@ class TestWhatChannelsShare:
         for number in ("90.0", "0.2"):
             dense = dense.replace(f"extinction_per_mm = {number} }}", "extinction_per_mm = 0.0002 }")
         faint.write_text(dense)
-        assert [each.rays.opacity_cutoff for each in scene_builds.planned(faint).channels] == [
-            None,
-            None,
-        ]
+        assert [each.rays.opacity_cutoff for each in scene_builds.planned(faint).channels] == [None, None]
 
 
 class TestStageByStage:

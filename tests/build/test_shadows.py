@@ -312,11 +312,7 @@ def eye_at(eye_mm, towards_mm, near_mm=0.05, far_mm=90.0):
     return box_from_eye @ np.linalg.inv(clip_from_eye)
 
 
-KINDS = {
-    "rays": 'technique = "slabs"',
-    "half-angle": 'technique = "view-slices"',
-    "map": SURFACE,
-}
+KINDS = {"rays": 'technique = "slabs"', "half-angle": 'technique = "view-slices"', "map": SURFACE}
 
 
 @pytest.mark.long

@@ -157,11 +157,7 @@ WIDE = "[tolerance]\nrmse = 0.2\nmaximum = 1.0\nflip = 0.5\n"
     ("table", "profile", "problem"),
     [
         ("\n[slices]\n", "gles2-2048", "has shaders, which draw a whole volume"),
-        (
-            '\n[render]\nlighting = "headlight"\n',
-            "gles1",
-            r"render\.lighting = .headlight. needs them",
-        ),
+        ('\n[render]\nlighting = "headlight"\n', "gles1", r"render\.lighting = .headlight. needs them"),
         ('\n[render]\ncompositing = "maximum"\n', "gles1", "compositing maximum needs them"),
         ("\n[normals]\n", "gles1", r"\[normals\] needs them"),
         ("\n[proxy]\n", "gles1", r"\[proxy\] needs them"),

@@ -10,11 +10,7 @@ RED, BLUE, WHITE = (1.0, 0.1, 0.0), (0.0, 0.2, 1.0), (1.0, 1.0, 1.0)
 BENT = ([0.0, 40.0, 60.0, 100.0], [RED, BLUE, WHITE, RED], [0.0, 0.8, 0.1, 3.0])
 JUMPS = ([20.0, 20.0, 50.0, 50.0, 80.0, 80.0], [RED, BLUE, BLUE, RED, WHITE, RED], [0.0, 2.0, 2.0, 0.3, 0.0, 1.0])
 ONE = ([50.0], [WHITE], [0.4])
-MANY = (
-    np.linspace(-1, 101, 300),
-    np.random.default_rng(1).random((300, 3)),
-    np.abs(np.sin(np.arange(300))).round(1),
-)
+MANY = (np.linspace(-1, 101, 300), np.random.default_rng(1).random((300, 3)), np.abs(np.sin(np.arange(300))).round(1))
 CROWDED = ([0.0, 99.0, 99.0, 99.001, 99.002, 100.0], [RED, BLUE] * 3, [0.5, 0.0, 2.0, 0.0, 3.0, 0.1])
 FUNCTIONS = {"bent": BENT, "jumps": JUMPS, "one point": ONE, "many points": MANY, "crowded points": CROWDED}
 

@@ -462,13 +462,7 @@ def test_only_what_changed_is_drawn(page) -> None:
     return found;
     """
     found = page.run(script)
-    assert found == {
-        "first": [2, 3],
-        "still": [1, 0],
-        "moved": [2, 3],
-        "one": [1, 1],
-        "step": [1, 3],
-    }
+    assert found == {"first": [2, 3], "still": [1, 0], "moved": [2, 3], "one": [1, 1], "step": [1, 3]}
 
 
 @pytest.mark.long

@@ -156,8 +156,7 @@ def test_blocks_without_opacity_are_skipped_and_pictures_are_the_same(packages) 
 
 
 @pytest.mark.parametrize(
-    ("more", "code"),
-    [('pyramid = { filter = "transmittance" }', "VP3044"), ("skip = { ranges = true }", "VP3041")],
+    ("more", "code"), [('pyramid = { filter = "transmittance" }', "VP3044"), ("skip = { ranges = true }", "VP3041")]
 )
 def test_what_needs_the_other_kind_of_voxels_is_refused(tmp_path, more, code) -> None:
     path = write_scene(tmp_path, more)

@@ -64,13 +64,7 @@ def promises(subject: Subject, pixels: int) -> Iterator[PromiseRow]:
             with Renderer(package, level=level.index, target="rgba32f") as renderer:
                 step_voxels = renderer.nominal_mm / min(level.grid.spacing_mm_zyx)
                 for view in views:
-                    truth = oracle_picture(
-                        volume,
-                        function,
-                        view,
-                        (pixels, pixels),
-                        _TOLERANCE,
-                    ).rgba
+                    truth = oracle_picture(volume, function, view, (pixels, pixels), _TOLERANCE).rgba
                     drawn = renderer.render(view, (pixels, pixels))
                     seen = seen_pixels(drawn, truth)
                     if seen.any():

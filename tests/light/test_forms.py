@@ -242,8 +242,7 @@ def test_the_field_of_four_environments_is_the_light_of_any_of_them(monkeypatch)
 def _steep():
     points = ((50.0, 0.0), (150.0, 2.0))
     return TransferFunction(
-        name="t",
-        points=tuple(TransferPoint(value=v, colour=(0.8, 0.6, 0.4), extinction_per_mm=e) for v, e in points),
+        name="t", points=tuple(TransferPoint(value=v, colour=(0.8, 0.6, 0.4), extinction_per_mm=e) for v, e in points)
     )
 
 

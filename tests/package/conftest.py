@@ -53,12 +53,7 @@ def _levels(*, mosaic: bool) -> tuple[Level, ...]:
     factors = [(1, 1, 1)] if mosaic else [(1, 1, 1), (1, 2, 2)]
     grids = [GRID.coarser(factor) for factor in factors]
     return tuple(
-        Level(
-            index=index,
-            factors_zyx=factor,
-            grid=grid,
-            filter="box" if index else "none",
-        )
+        Level(index=index, factors_zyx=factor, grid=grid, filter="box" if index else "none")
         for index, (factor, grid) in enumerate(zip(factors, grids, strict=True))
     )
 
@@ -119,14 +114,7 @@ def run_import(draft: Draft, seed: int = 0) -> None:
     voxels = np.random.default_rng(seed).integers(0, 256, GRID.shape_zyx, np.uint8)
     draft.write("work/level0-scan.raw", "work", voxels.tobytes())
     quantization = Quantization(
-        bits=8,
-        window=(0.0, 255.0),
-        slope=1.0,
-        intercept=0.0,
-        rmse=0.0,
-        max_error=0.0,
-        clipped_below=0,
-        clipped_above=0,
+        bits=8, window=(0.0, 255.0), slope=1.0, intercept=0.0, rmse=0.0, max_error=0.0, clipped_below=0, clipped_above=0
     )
     part = ChannelPart(
         name="scan",

@@ -312,7 +312,10 @@ def test_a_label_map_is_written_as_labels_too(tmp_path) -> None:
 def test_labels_whose_colours_begin_between_codes_are_written(tmp_path) -> None:
     codes = np.random.default_rng(3).integers(0, 3, (6, 7, 8)).astype(np.uint8)
     colours = function(
-        (0.5, (1.0, 0.0, 0.0), 0.0), (0.5, (1.0, 0.0, 0.0), 0.5), (1.5, (1.0, 0.0, 0.0), 0.5), (1.5, (0.0, 0.0, 1.0), 0.5)
+        (0.5, (1.0, 0.0, 0.0), 0.0),
+        (0.5, (1.0, 0.0, 0.0), 0.5),
+        (1.5, (1.0, 0.0, 0.0), 0.5),
+        (1.5, (0.0, 0.0, 1.0), 0.5),
     )
     tiny_package(tmp_path / "a.volpkg", codes, colours, ES3, labels=True)
     done = volprep("export", tmp_path / "a.volpkg", tmp_path / "a.ome.zarr")

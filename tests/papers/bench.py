@@ -97,14 +97,7 @@ class Bench:
         return made
 
     def package(
-        self,
-        volume: Volume,
-        transfer: str,
-        *,
-        profile: str = "gles3",
-        head: str = "",
-        render: str = "",
-        more: str = "",
+        self, volume: Volume, transfer: str, *, profile: str = "gles3", head: str = "", render: str = "", more: str = ""
     ) -> Package:
         """Build the package of a volume once; `transfer` is a preset or the rest of a [[transfer]] table.
 

@@ -119,11 +119,7 @@ def test_a_page_shows_cells_curves_and_what_is_missing(tmp_path):
         assert expected in text, expected
 
 
-SMALL = {
-    moser_weiskopf: {"SCREEN_HW": (40, 30)},
-    diaz_garcia: {"QUICK_HW": (64, 36)},
-    schultz_bailey: {"PIXELS": 24},
-}
+SMALL = {moser_weiskopf: {"SCREEN_HW": (40, 30)}, diaz_garcia: {"QUICK_HW": (64, 36)}, schultz_bailey: {"PIXELS": 24}}
 
 
 @pytest.mark.long

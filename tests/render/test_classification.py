@@ -79,13 +79,7 @@ def test_a_quarter_of_the_samples_is_enough_where_the_transfer_function_is_steep
 
     for step_mm in (1.6, 0.8, 0.4):
         table = tiny_package(
-            tmp_path / f"{step_mm}",
-            CODES,
-            STEEP,
-            profile,
-            grid=GRID,
-            classification="preintegrated",
-            step_mm=step_mm,
+            tmp_path / f"{step_mm}", CODES, STEEP, profile, grid=GRID, classification="preintegrated", step_mm=step_mm
         )
         assert error(table, step_mm) < error(lookup, step_mm / 4) * 0.9
         assert error(table, step_mm) < error(lookup, step_mm) / 4
@@ -94,14 +88,7 @@ def test_a_quarter_of_the_samples_is_enough_where_the_transfer_function_is_steep
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES.keys())
 def test_with_short_segments_the_picture_is_the_oracles(tmp_path, profile):
     package = tiny_package(
-        tmp_path / "p",
-        CODES,
-        BENT,
-        profile,
-        grid=GRID,
-        classification="preintegrated",
-        step_mm=0.0625,
-        entries=2048,
+        tmp_path / "p", CODES, BENT, profile, grid=GRID, classification="preintegrated", step_mm=0.0625, entries=2048
     )
     # Between two entries the function counts as constant: extinction is off by half of what it changes there, 0.4/mm in
     # 115 codes of 8 entries, with either sign along a ray of up to 34 mm.
@@ -259,11 +246,7 @@ def test_on_an_engine_half_a_voxel_does_what_takes_an_eighth_of_one_with_a_looku
 
 @pytest.mark.parametrize(
     ("name", "profile"),
-    [
-        *(("preintegrated", profile) for profile in PROFILES.values()),
-        ("palette", ES3),
-        ("preclassified", ES3),
-    ],
+    [*(("preintegrated", profile) for profile in PROFILES.values()), ("palette", ES3), ("preclassified", ES3)],
     ids=["segments", "segments-rgba8", "segments-mosaic", "palette", "preclassified"],
 )
 def test_every_word_of_a_shader_is_used_and_every_uniform_active(tmp_path, name, profile):

@@ -220,10 +220,7 @@ def test_512_cubed_voxels_in_eight_textures_of_2048_squared_and_four_channels():
     for z in range(512):
         volume[z] = (plane + 101 * z + ((y * z) >> 7)) & 255
     rng = np.random.default_rng(8)
-    with (
-        drawing((512, 512)) as (gl, target),
-        mosaic_probe(gl, target, volume, layout, (1.0, 1.0, 1.0)) as probe,
-    ):
+    with drawing((512, 512)) as (gl, target), mosaic_probe(gl, target, volume, layout, (1.0, 1.0, 1.0)) as probe:
         # Every texture and channel; the first and the last slice; both ends of a tile's four slices and of a texture.
         for k in [0, 1, 2, 3, 4, 63, 64, 127, 130, 191, 196, 255, 257, 319, 322, 383, 384, 447, 448, 509, 510, 511]:
             corner, right, up = np.array([[0, 0, k + 0.5], [512, 0, 0], [0, 512, 0]], dtype=float)

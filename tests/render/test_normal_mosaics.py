@@ -27,11 +27,7 @@ SPACING = (2.5, 0.7, 1.1)
 lengths = st.sampled_from([1, 2, 3, 5, 7, 8, 11, 13, 17, 23, 31])
 shapes = st.tuples(st.one_of(lengths, st.integers(1, 90)), lengths, lengths)
 rooms = st.builds(
-    Room,
-    size=st.sampled_from([40, 64, 100, 256]),
-    textures=st.integers(1, 6),
-    npot=st.booleans(),
-    square=st.booleans(),
+    Room, size=st.sampled_from([40, 64, 100, 256]), textures=st.integers(1, 6), npot=st.booleans(), square=st.booleans()
 )
 
 
@@ -183,13 +179,7 @@ def test_every_way_of_classifying_and_skipping_is_lit(tmp_path, classification, 
 def test_the_text_has_only_what_the_layout_needs(tmp_path):
     codes = np.random.default_rng(4).integers(0, 256, (90, 11, 10), np.uint8)
     one = made(tmp_path / "one", codes, ES2, "biased8", magnitude=False)
-    several = made(
-        tmp_path / "more",
-        codes,
-        ES2.model_copy(update={"max_texture_size": 64}),
-        "oct12",
-        magnitude=False,
-    )
+    several = made(tmp_path / "more", codes, ES2.model_copy(update={"max_texture_size": 64}), "oct12", magnitude=False)
     slice_ = made(tmp_path / "slice", codes[:1], ES2, "biased8", magnitude=False)
     texts = [package.read_text(package.manifest.level_programs[0].fragment) for package in (one, several, slice_)]
     assert ["unit" in text for text in texts] == [False, True, False]

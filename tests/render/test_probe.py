@@ -122,9 +122,7 @@ def test_a_driver_that_keeps_8_of_16_bits_is_found(monkeypatch, name):
 
 def test_components_in_each_others_place_are_found(monkeypatch):
     driver_that(
-        monkeypatch,
-        "rgba8unorm",
-        lambda record, levels: (record, [each[..., [1, 0, 2, 3]] for each in levels]),
+        monkeypatch, "rgba8unorm", lambda record, levels: (record, [each[..., [1, 0, 2, 3]] for each in levels])
     )
     assert "rgba8unorm 2d nearest" in wrong_of(small(GLES3, "r8unorm", "rgba8unorm"))
 

@@ -16,10 +16,7 @@ SCANS = {
     "mr": ('path = "{data}/mr_t1_studyforrest"', "mr-head"),
     "flair": ('path = "{data}/flair_pair/FLAIR.nii.gz"', "mr-head"),
     "ch2": ('path = "{data}/nifti_ch2/ch2.nii.gz"', "mr-head"),
-    "engine": (
-        'path = "{data}/engine_pair/data/engine_256x256x128_uint8.raw.gz"\n{raw}',
-        "micro-ct",
-    ),
+    "engine": ('path = "{data}/engine_pair/data/engine_256x256x128_uint8.raw.gz"\n{raw}', "micro-ct"),
 }
 
 

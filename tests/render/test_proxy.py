@@ -133,10 +133,7 @@ def test_rays_take_fewer_samples_and_with_a_skip_table_as_few_as_that_alone_leav
         package = tiny_package(tmp_path / name, codes, SHELLS, profile, skip=skip, proxy=MERGED)
         grid = package.manifest.grid
         camera = view_of(grid, "anterior-left")
-        for program, kind in (
-            (package.manifest.level_programs[0], Renderer),
-            (at_mesh(package), ProxyRenderer),
-        ):
+        for program, kind in ((package.manifest.level_programs[0], Renderer), (at_mesh(package), ProxyRenderer)):
             taken[name, kind] = samples_per_pixel(package, program, 0, camera, (48, 48), kind=kind)[0].sum()
         check_same(*pictures(package, ("anterior-left", "superior")))
     assert taken["plain", ProxyRenderer] < 0.8 * taken["plain", Renderer]

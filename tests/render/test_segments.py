@@ -9,18 +9,7 @@ import numpy as np
 import pytest
 from judged import validate
 from scene_builds import view_of
-from segment_scan import (
-    AFFINE,
-    DENSE_INSIDE,
-    FAINT_STYLES,
-    INSIDE,
-    SOFT,
-    built,
-    drawn,
-    scene_of,
-    truth,
-    write_segments,
-)
+from segment_scan import AFFINE, DENSE_INSIDE, FAINT_STYLES, INSIDE, SOFT, built, drawn, scene_of, truth, write_segments
 
 from volprep.parts.segments import stage
 from volprep.parts.segments.level_labels import coarse_labels

@@ -8,13 +8,7 @@ from tiny_packages import function
 
 from volprep.report.canvas import SERIES, Axes, Axis
 from volprep.report.canvas import plot as plot_of
-from volprep.report.plots import (
-    DeviceCurve,
-    curves_against_time,
-    error_against_step,
-    error_against_time,
-    transfer_plot,
-)
+from volprep.report.plots import DeviceCurve, curves_against_time, error_against_step, error_against_time, transfer_plot
 
 
 def test_the_area_under_a_transfer_function_has_its_colours() -> None:

@@ -16,13 +16,7 @@ import numpy as np
 import pytest
 from dicom_files import compressed, encoded, image, save
 from pydicom.dataset import Dataset
-from pydicom.uid import (
-    JPEG2000Lossless,
-    JPEGBaseline8Bit,
-    JPEGLosslessSV1,
-    JPEGLSLossless,
-    RLELossless,
-)
+from pydicom.uid import JPEG2000Lossless, JPEGBaseline8Bit, JPEGLosslessSV1, JPEGLSLossless, RLELossless
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
@@ -60,10 +54,7 @@ def refusal(path: Path) -> str:
     """Code of the error, which must come soon and without much memory."""
     before = most_memory()
     start = time.perf_counter()
-    with (
-        pytest.raises(VolprepError) as error,
-        open_source(SourceSpec(path=str(path)), Path(), Silent()) as source,
-    ):
+    with pytest.raises(VolprepError) as error, open_source(SourceSpec(path=str(path)), Path(), Silent()) as source:
         source.read_slab(0, source.info.grid.shape_zyx[0])
     assert time.perf_counter() - start < SECONDS
     for pid, most in most_memory().items():

@@ -96,10 +96,7 @@ class Bench:
         self.measured: dict[tuple[str, Way], Falling] = {}
 
     def package(
-        self,
-        way: Way,
-        step_voxels: float = NOMINAL_VOXELS,
-        shape_zyx: tuple[int, int, int] = SHAPE_ZYX,
+        self, way: Way, step_voxels: float = NOMINAL_VOXELS, shape_zyx: tuple[int, int, int] = SHAPE_ZYX
     ) -> Package:
         """Package with the textures and tables of a way."""
         key = (way.classification, way.sampling, step_voxels, shape_zyx)

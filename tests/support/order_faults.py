@@ -23,12 +23,7 @@ SEGMENTS = Way(classification="preintegrated")
 BACKWARDS = Way(compositing="back-to-front")
 
 
-WORDS = {
-    "steps": "order by step",
-    "grids": "order by grid",
-    "pixels": "order by pixel",
-    "laws": "laws of light",
-}
+WORDS = {"steps": "order by step", "grids": "order by grid", "pixels": "order by pixel", "laws": "laws of light"}
 """What finds faults."""
 
 
@@ -164,14 +159,7 @@ FAULTS = (
         ),
         ("steps",),
     ),
-    Fault(
-        "pieces share no voxels",
-        PIECES,
-        instead(
-            ("step(u_split, at);", "step(u_split + 0.5, at);"),
-        ),
-        ("steps",),
-    ),
+    Fault("pieces share no voxels", PIECES, instead(("step(u_split, at);", "step(u_split + 0.5, at);")), ("steps",)),
     Fault(
         "half a pixel lost",
         SAMPLE,

@@ -236,12 +236,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
     grid = Grid.of((40, 48, 48), (1.0, 0.9, 0.9))
     levels = (
         Level(index=0, factors_zyx=(1, 1, 1), grid=grid, filter="none"),
-        Level(
-            index=1,
-            factors_zyx=(2, 2, 2),
-            grid=grid.coarser((2, 2, 2)),
-            filter="box",
-        ),
+        Level(index=1, factors_zyx=(2, 2, 2), grid=grid.coarser((2, 2, 2)), filter="box"),
     )
     return Manifest(
         state="sealed",
@@ -338,7 +333,7 @@ def manifest_of(tolerance: Tolerance) -> Manifest:
                     box_from_mesh_mm_xyz=(0.225, 0.225, 0.25),
                     occupied_share=0.3,
                 ),
-            ),
+            )
         ),
         render=RenderSettings(tolerance=tolerance),
         plan=(
@@ -384,10 +379,7 @@ def report_of(totals: tuple[float, ...], tolerance: Tolerance | None = None, *, 
     return Report(
         generator="volprep 0.1.0",
         package=PackageFacts(
-            file_name="small-head.volpkg",
-            manifest_sha256="c" * 64,
-            size_bytes=123_456,
-            manifest=manifest_of(tolerance),
+            file_name="small-head.volpkg", manifest_sha256="c" * 64, size_bytes=123_456, manifest=manifest_of(tolerance)
         ),
         picture_size=256,
         target="rgba8",

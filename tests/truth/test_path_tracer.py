@@ -123,10 +123,7 @@ def test_exchanging_light_and_viewer_changes_nothing() -> None:
     found = []
     for sun, viewer in (ways, ways[::-1]):
         model = LightModel(
-            kind="scattering",
-            sky=(0.0,) * 3,
-            ground=(0.0,) * 3,
-            suns=(Sun(direction=tuple(sun), size_degrees=0.0),),
+            kind="scattering", sky=(0.0,) * 3, ground=(0.0,) * 3, suns=(Sun(direction=tuple(sun), size_degrees=0.0),)
         )
         lit = slab(0.5, model, depth=3, colour=(0.8, 0.8, 0.8))
         picture = traced_picture(lit, ray_into(lit, -viewer, (WIDE, WIDE, 3.0)), (1, 1), 30000)

@@ -135,8 +135,7 @@ def test_profiles_of_srgb_change_nothing(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    "damaged",
-    [bytes(200), profile(WIDE, 1.8)[:150], ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()],
+    "damaged", [bytes(200), profile(WIDE, 1.8)[:150], ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()]
 )
 def test_a_profile_that_cannot_be_used_is_said_and_not_applied(tmp_path, damaged) -> None:
     pixels = codes("uint8")

@@ -93,8 +93,7 @@ def expected() -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "syntax",
-    [ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian],
+    "syntax", [ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian, DeflatedExplicitVRLittleEndian]
 )
 def test_frames_are_sorted_by_where_they_lie(tmp_path, syntax) -> None:
     voxels, info = read(save(enhanced(), tmp_path / "e", syntax))

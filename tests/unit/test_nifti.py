@@ -393,10 +393,7 @@ def test_a_file_that_holds_more_slices_or_volumes_than_it_declares_is_refused(tm
     told[: len(dims)] = dims
     file = packed_as(name, patched(file, 40, told.tobytes()))
     spec = SourceSpec(path=str(file), volume=2 if dims[0] == 4 else None)
-    with (
-        pytest.raises(VolprepError, match="VP1008"),
-        open_source(spec, Path(), Silent()) as source,
-    ):
+    with pytest.raises(VolprepError, match="VP1008"), open_source(spec, Path(), Silent()) as source:
         source.read_slab(0, source.info.grid.shape_zyx[0])
 
 

@@ -7,14 +7,7 @@ from pathlib import Path
 import nrrd
 import numpy as np
 import pytest
-from header_files import (
-    SHAPE_ZYX,
-    check_every_cut,
-    noise,
-    read,
-    refusal,
-    refusal_at_open,
-)
+from header_files import SHAPE_ZYX, check_every_cut, noise, read, refusal, refusal_at_open
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -405,10 +398,7 @@ def test_a_header_that_is_none_is_refused(tmp_path, head) -> None:
     assert refusal_at_open(tmp_path / "v.nrrd").code == "VP1100"
 
 
-@pytest.mark.parametrize(
-    ("encoding", "pack"),
-    [("raw", bytes), ("gzip", gzip.compress), ("bzip2", bz2.compress)],
-)
+@pytest.mark.parametrize(("encoding", "pack"), [("raw", bytes), ("gzip", gzip.compress), ("bzip2", bz2.compress)])
 def test_every_cut_is_refused(tmp_path, encoding, pack) -> None:
     check_every_cut(save(tmp_path / "v.nrrd", data=pack(noise().tobytes()), encoding=encoding))
 

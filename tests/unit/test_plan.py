@@ -28,10 +28,7 @@ RAMP = ((100.0, 0.0), (200.0, 0.5))
 
 def scene(points: Sequence[tuple[float, float]] = RAMP, **tables) -> Scene:
     """Scene of one transfer function, given as (value, extinction)."""
-    transfer = {
-        "name": "a",
-        "points": [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points],
-    }
+    transfer = {"name": "a", "points": [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points]}
     return Scene.model_validate({"name": "s", "source": {"path": "x"}, "transfer": [transfer], **tables})
 
 

@@ -275,10 +275,7 @@ PLANE = np.ones((2, 3), np.uint8)
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], Rows=65535, Columns=65535), "VP1404"),
         (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 1e6)], pitch_mm=1e-3), "VP1310"),
         (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 1, 8e6)], pitch_mm=1.0), "VP1310"),
-        (
-            lambda path: seg(path, [(1, (0, 0, z), np.ones((512, 512), np.uint8)) for z in (0, 4e4)]),
-            "VP1402",
-        ),
+        (lambda path: seg(path, [(1, (0, 0, z), np.ones((512, 512), np.uint8)) for z in (0, 4e4)]), "VP1402"),
         (lambda path: seg(path, [(1, (0, 0, z), PLANE) for z in (0, 2, 5)]), "VP1405"),
         (lambda path: seg(path, [(1, (x, 0, 2 * x), PLANE) for x in (0, 1)]), "VP1405"),
         (lambda path: seg(path, [(1, (0, 0, 0), PLANE)], SegmentSequence=[]), "VP1401"),

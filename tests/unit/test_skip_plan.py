@@ -21,10 +21,7 @@ GLES2 = load_profile("gles2-2048", Path())
 
 
 def scene(points=((100.0, 0.0), (200.0, 0.5)), **skip) -> Scene:
-    transfer = {
-        "name": "a",
-        "points": [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points],
-    }
+    transfer = {"name": "a", "points": [{"value": v, "colour": "#ff8040", "extinction_per_mm": e} for v, e in points]}
     return Scene.model_validate(
         {"name": "s", "source": {"path": "x"}, "transfer": [transfer], "crop": "none", "skip": skip}
     )

@@ -228,15 +228,7 @@ def test_declared_sizes_beyond_the_file_are_refused_before_anything_is_allocated
 
 @pytest.mark.parametrize(
     "words",
-    [
-        (0, 2048, 0),
-        (1, 0, 0),
-        (2**32 - 1, 2048, 24),
-        (1, 24, 25),
-        (3, 12, 0),
-        (1, 24, 0, 2**32 - 1),
-        (2, 12, 0, 10),
-    ],
+    [(0, 2048, 0), (1, 0, 0), (2**32 - 1, 2048, 24), (1, 24, 25), (3, 12, 0), (1, 24, 0, 2**32 - 1), (2, 12, 0, 10)],
 )
 @pytest.mark.parametrize("form", ["raw zlib", "base64 zlib"])
 def test_tables_of_blocks_that_lie_are_refused(tmp_path, words, form) -> None:

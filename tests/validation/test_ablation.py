@@ -8,13 +8,7 @@ from phantom_scene import write_phantom_scene
 from scene_builds import built
 
 from volprep.lab.ablation import gauge, judge, measure
-from volprep.lab.ablation.judge import (
-    MOST_CHANGE,
-    judged_added,
-    judged_without,
-    level_outcome,
-    table_outcome,
-)
+from volprep.lab.ablation.judge import MOST_CHANGE, judged_added, judged_without, level_outcome, table_outcome
 from volprep.lab.ablation.measure import ITEMS, measure_ablation
 from volprep.lab.ablation.page import ablation_page
 from volprep.lab.ablation.records import FAULTS, Ablation, AblationRow, Measurement, Ratio, name_of
@@ -306,12 +300,7 @@ def reported(ablation: Ablation, monkeypatch) -> None:
     verdict = Verdict.model_construct(code="within", levels=())
     driver = Driver(vendor="v", renderer="r", version="3")
     report = Report.model_construct(
-        verdict=verdict,
-        programs=(),
-        witness=None,
-        derivation=None,
-        tolerance=TOLERANCE,
-        driver=driver,
+        verdict=verdict, programs=(), witness=None, derivation=None, tolerance=TOLERANCE, driver=driver
     )
 
     def validated(_package, folder, *_, studies, **__):

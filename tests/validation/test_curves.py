@@ -13,13 +13,7 @@ from volprep.lab.curves.choices import CHOICES, Choice, Variant
 from volprep.lab.curves.front import beats, with_front
 from volprep.lab.curves.measure import measure_curves
 from volprep.lab.curves.page import curves_page
-from volprep.lab.curves.records import (
-    CurveErrors,
-    CurvePoint,
-    CurvesReport,
-    Milliseconds,
-    plotted_cost,
-)
+from volprep.lab.curves.records import CurveErrors, CurvePoint, CurvesReport, Milliseconds, plotted_cost
 from volprep.lab.studies import CURVES
 from volprep.lab.variants import with_changes
 from volprep.report.validate import validate

@@ -261,10 +261,7 @@ CASES = (
     Case("spacing scaled", "fitted", in_manifest(spacing_scaled), "spacing_mm_zyx"),
     Case("axes flipped", "fitted", in_manifest(axes_flipped), "direction"),
     Case(
-        "step doubled",
-        "house",
-        in_manifest(lambda m: m["pictures"][0]["drawings"][0].update(step_mm=9.0)),
-        "step_mm",
+        "step doubled", "house", in_manifest(lambda m: m["pictures"][0]["drawings"][0].update(step_mm=9.0)), "step_mm"
     ),
     Case(
         "rays that end earlier",
@@ -306,12 +303,7 @@ CASES = (
         "preintegrated-shell",
     ),
     Case("bricks' index off by one", "bricks", of_texture("bricks", brick_index_off_by_one, 0), "bricks-scan-0"),
-    Case(
-        "a texel in a brick",
-        "bricks",
-        of_texture("volume", one_texel, 0),
-        "volume-scan-0",
-    ),
+    Case("a texel in a brick", "bricks", of_texture("volume", one_texel, 0), "volume-scan-0"),
     Case("a palette's colour", "bricks", in_manifest(palette_colour), "palettes[shell].entries[30].colour"),
     Case("histogram of another level", "editable", histograms_exchanged, "histograms/scan-1.bin"),
     Case("block ranges narrowed", "editable", of_texture("ranges", wider, 0), "ranges-scan-0"),

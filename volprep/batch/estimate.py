@@ -54,8 +54,8 @@ def rates_of(records: Iterable[JobRecord]) -> dict[str, Rates]:
     found: dict[str, Rates] = {}
     for profile, some in built.items():
         said = [plain.of(prod(record.shape_zyx or ()), float("inf")) for record in some]
-        seconds = sum(record.seconds for record in some) / sum(each.seconds for each in said)
-        size = sum(record.size_bytes for record in some) / sum(each.size_bytes for each in said)
+        seconds = sum(record.seconds for record in some) / sum(job.seconds for job in said)
+        size = sum(record.size_bytes for record in some) / sum(job.size_bytes for job in said)
         found[profile] = Rates(seconds, size, len(some))
     return found
 

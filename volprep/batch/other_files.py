@@ -56,7 +56,7 @@ def other_files(root: Path, scans: Sequence[FoundScan]) -> OtherFiles:
         if header_beside(path) not in read and os.fsencode(path.name) not in named.get(path.parent, b"")
     ]
     endings = Counter(suffix for path in others if (suffix := path.suffix.lower()) in _KNOWN)
-    common = sorted(endings.items(), key=lambda each: (-each[1], each[0]))
+    common = sorted(endings.items(), key=lambda value: (-value[1], value[0]))
     return OtherFiles(len(others), tuple(common[:_SHOWN]))
 
 

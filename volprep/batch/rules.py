@@ -90,7 +90,7 @@ class Rule(RuleChoice):
 
     def matches(self, facts: Facts) -> bool:
         """Whether all conditions hold; a condition on a missing header fact does not hold."""
-        largest = None if None in facts.spacing_mm_zyx else max(each or 0.0 for each in facts.spacing_mm_zyx)
+        largest = None if None in facts.spacing_mm_zyx else max(length or 0.0 for length in facts.spacing_mm_zyx)
         slices = None if facts.shape_zyx is None else facts.shape_zyx[0]
         return (
             (not self.modality or facts.modality in self.modality)
@@ -140,7 +140,7 @@ class Rules:
             return Matched(scan, names, skip=False)
         base = self.path.absolute().parent
         scene = base / path_of_text(choice.scene) if choice.scene else None
-        profiles = tuple(str(base / each) if each.endswith(".toml") else each for each in choice.profiles)
+        profiles = tuple(str(base / profile) if profile.endswith(".toml") else profile for profile in choice.profiles)
         changed = replace(scan, scene=scene, profiles=profiles, rule=names[0])
         return Matched(changed, names, skip=choice.skip)
 
@@ -181,20 +181,20 @@ def read_rules(path: Path) -> Rules:
 
 def require_one_each(matched: Sequence[Matched], rules: Path) -> list[FoundScan]:
     """Return the scans that are not left out. Raises VP8041 if one matches no rule, or several."""
-    wrong = [each for each in matched if len(each.rules) != 1]
+    wrong = [matched for matched in matched if len(matched.rules) != 1]
     if wrong:
-        lines = [f"{each.scan.where}: {each.said}; {_said(each.scan.facts)}" for each in wrong[:_SHOWN]]
+        lines = [f"{matched.scan.where}: {matched.said}; {_said(matched.scan.facts)}" for matched in wrong[:_SHOWN]]
         more = [f"and {len(wrong) - _SHOWN} more"] if len(wrong) > _SHOWN else []
-        none = sum(not each.rules for each in wrong)
+        none = sum(not matched.rules for matched in wrong)
         fields = {"none": none, "several": len(wrong) - none, "scans": len(matched)}
         raise VolprepError("VP8041", path=rules, found=Lines([*lines, *more]), **fields)
-    return [each.scan for each in matched if not each.skip]
+    return [match.scan for match in matched if not match.skip]
 
 
 def _said(facts: Facts | None) -> str:
     if facts is None or facts.shape_zyx is None:
         return "its headers say nothing"
-    spacing = "×".join("?" if each is None else f"{each:.3g}" for each in facts.spacing_mm_zyx[::-1])
+    spacing = "×".join("?" if length is None else f"{length:.3g}" for length in facts.spacing_mm_zyx[::-1])
     parts = [facts.format, facts.modality, f"{facts.shape_zyx[0]} slices", f"{spacing} mm"]
     return ", ".join(part for part in parts if part)
 

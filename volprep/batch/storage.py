@@ -58,7 +58,7 @@ def listed(url: str) -> dict[str, Mapping[str, object]]:
     below: dict[str, Mapping[str, object]] = _retried(partial(system.find, root, detail=True), url, "VP8050")
     if not below:
         raise VolprepError("VP1001", path=url)
-    return {_inside(path, root, url): each for path, each in sorted(below.items())}
+    return {_inside(path, root, url): value for path, value in sorted(below.items())}
 
 
 def fetch(url: str, folder: Path) -> Path:

@@ -85,9 +85,9 @@ def _scan(path: Path, line: int, cells: dict[str, object], *, has_scene: bool) -
     source = base / path_of_text(row.source) if row.source and url is None else None
     scene = base / path_of_text(row.scene) if row.scene else None
     mask = base / path_of_text(row.mask) if row.mask else None
-    for each in (source, scene, mask):
-        if each is not None and not each.exists():
-            raise VolprepError("VP8004", path=path, line=line, file=each)
+    for file in (source, scene, mask):
+        if file is not None and not file.exists():
+            raise VolprepError("VP8004", path=path, line=line, file=file)
     identity = json.dumps(["line", row.source, row.series, row.volume, row.scene, *([row.mask] if row.mask else [])])
     return FoundScan(
         where=f"line {line}",
@@ -97,7 +97,7 @@ def _scan(path: Path, line: int, cells: dict[str, object], *, has_scene: bool) -
         volume=row.volume,
         mask=mask,
         scene=scene,
-        profiles=tuple(str(base / each) if each.endswith(".toml") else each for each in row.profiles),
+        profiles=tuple(str(base / profile) if profile.endswith(".toml") else profile for profile in row.profiles),
         name=row.name,
         identity=identity,
     )

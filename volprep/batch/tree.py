@@ -55,9 +55,9 @@ def _in_folder(listed: Scan, folder: Path, root: Path, *, with_facts: bool) -> l
     # A damaged file that claims to be DICOM is a scan that fails; it is not skipped.
     damaged = [path for error in listed.damaged if isinstance(path := error.fields.get("path"), Path)]
     alone = [_of_path(path, root) for path in damaged]
-    taken = {path for each in (*found, *alone) for path in (each.files or (each.source,))}
+    taken = {path for scan in (*found, *alone) for path in (scan.files or (scan.source,))}
     alone += [_of_path(path, root) for path in _others(folder) if path not in taken]
-    return found + ([_with_facts(each) for each in alone] if with_facts else alone)
+    return found + ([_with_facts(scan) for scan in alone] if with_facts else alone)
 
 
 def _linked_folders(root: Path) -> Iterator[Path]:

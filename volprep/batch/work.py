@@ -173,8 +173,8 @@ def _has_folder(record: JobRecord, task: Task) -> bool:
             return False
         opened = Package.open(package)
         if task.digests:
-            for each in opened.manifest.files:
-                opened.read_start(each.path, 0)
+            for file in opened.manifest.files:
+                opened.read_start(file.path, 0)
     except (OSError, VolprepError):
         return False
     return True

@@ -12,7 +12,7 @@ from volprep.compositing.record import Compositing
 from volprep_formats.package.program import CompositingName
 
 _ALL = (EMISSION_ABSORPTION, BACK_TO_FRONT, MAXIMUM, MINIMUM, AVERAGE, MIDA, FIRST_HIT, ISOSURFACE)
-COMPOSITINGS: dict[CompositingName, Compositing] = {each.name: each for each in _ALL}
+COMPOSITINGS: dict[CompositingName, Compositing] = {entry.name: entry for entry in _ALL}
 """Every compositing, by its name. Its shader part is glsl/compositing/NAME.glsl of volprep.shading."""
 
 __all__ = ["COMPOSITINGS", "Compositing"]

@@ -56,7 +56,7 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
     tolerance = looks[0].tolerance
     progress.start("judging levels", len(looks) * (len(volumes) - 1))
     measured: list[Judged] = []
-    for function in (each.media[0].function for each in looks):
+    for function in (look.media[0].function for look in looks):
         # Two levels of which one has twice the spacing share pictures of the finest one.
         truth_of = cache(partial(_picture, volumes[0], volumes[0].grid, function))
         for level in range(1, len(volumes)):
@@ -67,8 +67,8 @@ def judge(store: Path, look: Path, progress: Progress, *, channel: str | None = 
         views=VIEWS,
         rays_per_pixel=_RAYS**2,
         levels=tuple(
-            JudgedLevel(level=level, shape_zyx=each.grid.shape_zyx, spacing_mm_zyx=each.grid.spacing_mm_zyx)
-            for level, each in enumerate(volumes)
+            JudgedLevel(level=level, shape_zyx=volume.grid.shape_zyx, spacing_mm_zyx=volume.grid.spacing_mm_zyx)
+            for level, volume in enumerate(volumes)
         ),
         looks=looks,
         tolerance_rmse=tolerance.rmse,
@@ -85,12 +85,14 @@ def _looks(path: Path, finest: Volume, channel: str | None) -> tuple[VolumeLook,
     if path.suffix.lower() == ".toml":
         scene = load_request(path).scene
         tolerance = scene.tolerance
-        functions = {(each.channel, each.name): each.resolved(_measure(finest)) for each in scene.transfer}
+        functions = {
+            (transfer.channel, transfer.name): transfer.resolved(_measure(finest)) for transfer in scene.transfer
+        }
     else:
         looks = read_looks(path).looks
         tolerance = looks[0].tolerance if looks else Tolerance()
-        media = [each for look in looks for each in look.media if channel in {None, each.channel}]
-        functions = {(each.channel, each.function.name): each.function for each in media}
+        media = [medium for look in looks for medium in look.media if channel in {None, medium.channel}]
+        functions = {(medium.channel, medium.function.name): medium.function for medium in media}
     if not functions:
         raise VolprepError("VP1334", path=path, problem="it has no transfer function for these values")
     return tuple(
@@ -147,7 +149,7 @@ def _judged(
             rmse=max(error.rmse for error in errors),
             maximum=max(error.maximum for error in errors),
             off=max(error.off for error in errors),
-            kept_contrast=min((each for each in kept if each is not None), default=None),
+            kept_contrast=min((value for value in kept if value is not None), default=None),
         )
 
 

@@ -73,9 +73,9 @@ def take_progressively(package_path: Path, shot: Shot, finishing: Finishing, fol
     with ExitStack() as stack:
         renderer, coarse = (
             stack.enter_context(
-                ray_caster_of(package, each, shot.transfer)(package, level=each, transfer=shot.transfer)
+                ray_caster_of(package, value, shot.transfer)(package, level=value, transfer=shot.transfer)
             )
-            for each in (shot.level, level)
+            for value in (shot.level, level)
         )
         order = finishing.order or _own_order(renderer)
         shown = [*_frames(package, renderer, coarse, order, shot, finishing)]

@@ -34,7 +34,7 @@ class VoxelArray:
     def __repr__(self) -> str:
         """Describe the volume on one line: a notebook shows it for each scan that is read."""
         shape, spacing = self.stored.shape, self.grid.spacing_mm_zyx
-        zyx = " × ".join(map(str, shape)), " × ".join(f"{each:.6g}" for each in spacing)
+        zyx = " × ".join(map(str, shape)), " × ".join(f"{value:.6g}" for value in spacing)
         return f"<VoxelArray [z, y, x] of {zyx[0]} voxels of {zyx[1]} mm, {self.stored.dtype}>"
 
     @property

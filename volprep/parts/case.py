@@ -82,7 +82,7 @@ class Case:
 
     def plus(self, *decisions: object) -> "Case":
         """Return the channel with more decisions; None is left out."""
-        return replace(self, decisions=(*self.decisions, *(each for each in decisions if each is not None)))
+        return replace(self, decisions=(*self.decisions, *(decision for decision in decisions if decision is not None)))
 
     @property
     def values(self) -> ValueChoice:
@@ -114,9 +114,14 @@ class Case:
             lookups=tables.lookups,
             preintegrated=tables.preintegrated,
             palettes=tables.palettes,
-            parts=tuple(each for each in self.decisions if isinstance(each, Record)),
+            parts=tuple(decision for decision in self.decisions if isinstance(decision, Record)),
             programs=layout.programs,
-            forms=tuple(form for each in self.decisions if isinstance(each, CompressionChoice) for form in each.forms),
+            forms=tuple(
+                form
+                for decision in self.decisions
+                if isinstance(decision, CompressionChoice)
+                for form in decision.forms
+            ),
         )
         return plan if packed is None else plan.model_copy(update={"volumes": packed.of(plan)})
 
@@ -144,7 +149,7 @@ class Joint:
             self,
             cases=tuple(case.plus(of_cases) for case in self.cases),
             shared=shared or self.shared,
-            decisions=(*self.decisions, *(each for each in decisions if each is not None)),
+            decisions=(*self.decisions, *(decision for decision in decisions if decision is not None)),
             items=(*self.items, *items),
         )
 

@@ -21,8 +21,8 @@ def with_rays(case: Case) -> Case:
     if case.voxels is None or not case.profile.has_shaders or not measures_steps(scene):
         return case
     compositing = COMPOSITINGS[scene.render.compositing]
-    tables = [Table.exact(each) for each in case.functions]
-    seen = shown_blocks(case.measured.blocks, [compositing.visible_table(each) for each in tables])
+    tables = [Table.exact(function) for function in case.functions]
+    seen = shown_blocks(case.measured.blocks, [compositing.visible_table(table) for table in tables])
     lit = None
     if scene.render.lighting != "none":
         # Samples are hidden only behind samples that are blended.
@@ -40,6 +40,6 @@ def _labelled(case: Case) -> LabelLooks | None:
     wanted, found = case.scene.segments, case.segments
     if wanted is None or found is None or case.labels is None or case.scene.render.compositing not in LAID_OVER:
         return None
-    record, order = segments_of(found, wanted, [each.name for each in case.scene.transfer], case.scene.name)
+    record, order = segments_of(found, wanted, [transfer.name for transfer in case.scene.transfer], case.scene.name)
     boxes = [box for box, members in zip(found.boxes, found.members, strict=True) if box is not None and members]
     return LabelLooks(case.labels, style_looks(record)[:, list(order)], boxes)

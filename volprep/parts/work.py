@@ -52,7 +52,7 @@ def code_type(plan: "ChannelPlan") -> np.dtype[np.generic]:
 
 def source_info(manifest: Manifest, channel: str) -> SourceInfo:
     """Return the description of the source of a channel."""
-    return next(each.source.info for each in manifest.channels if each.name == channel)
+    return next(listed.source.info for listed in manifest.channels if listed.name == channel)
 
 
 def source_volume(draft: Draft, channel: str) -> RawVolume:

@@ -127,23 +127,25 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
     """
     prepared, read = _read(request, progress)
     if device is not None:
-        sources = {channel.name: each.measured.sha256 for channel, each in read}
+        sources = {channel.name: source.measured.sha256 for channel, source in read}
         require_same_scan(*device, prepared.profile.name, sources)
-    scanned = [each for _, each in read]
+    scanned = [value for _, value in read]
     if prepared.frames:
         scanned = [_with_frames(prepared, scanned[0], progress)]
     first, segments, labels = scanned[0], None, None
     if prepared.segments is not None:
         segments, found = find_segments(prepared.segments, first.info.grid, progress)
         labels = InMemory.of(found)
-    scene = prepared.looked_at([(each.info, each.measured) for each in scanned], segments)
+    scene = prepared.looked_at(
+        [(scanned_channel.info, scanned_channel.measured) for scanned_channel in scanned], segments
+    )
     return make_plan(scene, prepared.profile, scanned, segments, labels)
 
 
 def scan_digests(request: Request, progress: Progress) -> dict[str, str]:
     """Return the digest of each channel's scan, by the name of the channel, as a manifest has it."""
     _, read = _read(request, progress)
-    return {channel.name: each.measured.sha256 for channel, each in read}
+    return {channel.name: source.measured.sha256 for channel, source in read}
 
 
 def _read(request: Request, progress: Progress) -> tuple[Prepared, list[tuple[SceneChannel, Scanned]]]:

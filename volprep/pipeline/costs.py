@@ -23,8 +23,8 @@ def _costs(plan: Plan) -> Iterator[LevelCost]:
     if plan.joint is not None:
         apart = bool(plan.together and plan.together.skips_apart)
         pairs = [
-            (name, _images(each) if apart else _without_tables(each))
-            for name, each in zip(plan.joint.transfers, plan.drawn_together, strict=True)
+            (name, _images(value) if apart else _without_tables(value))
+            for name, value in zip(plan.joint.transfers, plan.drawn_together, strict=True)
         ]
         tables = [
             PlannedImage(table.file, table.format, table.shape_zyx, level=table.level)
@@ -56,7 +56,9 @@ def _without_tables(channel: ChannelPlan) -> list[PlannedImage]:
 def _of_program(program: ProgramDesign, drawn: Sequence[tuple[str, Sequence[PlannedImage]]]) -> Iterator[LevelCost]:
     for level in program.levels:
         taken = [_taken(images, transfer, level) for transfer, images in drawn]
-        yield _cost(program.transfer, level, [image for each in taken for image in each if image.is_read_by(program)])
+        yield _cost(
+            program.transfer, level, [image for images in taken for image in images if image.is_read_by(program)]
+        )
 
 
 def _taken(images: Sequence[PlannedImage], transfer: str, level: int) -> list[PlannedImage]:

@@ -67,7 +67,7 @@ def marked_sections(package: Package, found: Cut) -> UInt8Array:
     middle = np.clip((low + high) / 2, 0, np.array(codes.shape) - 1).astype(int)
     sections = []
     for axis in range(3):
-        rows, columns = (each for each in range(3) if each != axis)
+        rows, columns = (value for value in range(3) if value != axis)
         # Only the sections become grey: the level may be as large as a device can hold.
         section = np.rint(np.take(codes, middle[axis], axis).astype(np.float64) * grey_per_code).astype(np.uint8)
         spacing = np.array(coarsest.grid.spacing_mm_zyx)[[rows, columns]]

@@ -104,7 +104,7 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
     segments = None
     if prepared.segments is not None:
         segments = import_segments(draft, prepared.segments, records[0].info.grid, progress)
-    scene = prepared.looked_at([*zip((each.info for each in records), measured, strict=True)], segments)
+    scene = prepared.looked_at([*zip((record.info for record in records), measured, strict=True)], segments)
     draft.write(SCENE, "work", scene_bytes(scene))
     if start:
         draft.write(START, "work", start)

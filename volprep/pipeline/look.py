@@ -153,7 +153,7 @@ def _planes(source: VolumeSource) -> _Planes:
 def picture(looked: ScanPreview) -> UInt8Array:
     """Draw the three slices beside each other, the histogram below, as [H, W, 3]. The top of a slice is its last z."""
     low, high = _window(looked)
-    tallest_mm = max(each for shape in looked.shapes_mm for each in shape)
+    tallest_mm = max(value for shape in looked.shapes_mm for value in shape)
     panels = []
     for number, (values, shape_mm) in enumerate(zip(looked.slices, looked.shapes_mm, strict=True)):
         panel = np.zeros((_PANEL_PIXELS, _PANEL_PIXELS, 3))
@@ -173,7 +173,7 @@ def picture(looked: ScanPreview) -> UInt8Array:
 def _window(looked: ScanPreview) -> tuple[float, float]:
     if looked.slices[0].ndim == 3:
         return 0.0, 1.0
-    finite = np.concatenate([each[np.isfinite(each)].ravel() for each in looked.slices])
+    finite = np.concatenate([slice_[np.isfinite(slice_)].ravel() for slice_ in looked.slices])
     low, high = np.percentile(finite, _OUTLIERS) if finite.size else (0.0, 1.0)
     return (float(low), float(high)) if low < high else (float(low), float(low) + 1.0)
 

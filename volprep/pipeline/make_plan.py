@@ -70,11 +70,11 @@ def make_plan(
     Raises the errors of parts, and VP1244 for parts that do not support several channels.
     """
     wanted = scene.render.classification
-    kinds = possible_classifications(scene, lambda each: _prepared(each, profile, len(scanned)))
+    kinds = possible_classifications(scene, lambda scene_of_kind: _prepared(scene_of_kind, profile, len(scanned)))
     scene = _prepared(scene.with_classification(kinds[0]), profile, len(scanned))
     cases = _cases(scene, profile, scanned, segments, labels)
     cases = [replace(case, classifications=kinds if wanted == "auto" else ()) for case in cases]
-    cases = [with_rays(each) for each in _cropped(scene, cases)]
+    cases = [with_rays(case) for case in _cropped(scene, cases)]
     for part in parts_of(profile):
         cases = [*part.measure(cases, lambda tried: _joined(scene, tried))]
     joint = _joined(scene.with_classification(cases[0].scene.render.decided_classification), cases)
@@ -168,8 +168,8 @@ def _items(case: Case, plan: ChannelPlan) -> list[PlanItem]:
 
 def _cropped(scene: Scene, cases: Sequence[Case]) -> list[Case]:
     """Return the channels without the border that none of those on the same grid shows."""
-    of_grid = {case.info.grid: [each for each in cases if each.info.grid == case.info.grid] for case in cases}
-    crops = {grid: _common_crop(scene, each) for grid, each in of_grid.items()}
+    of_grid = {case.info.grid: [other for other in cases if other.info.grid == case.info.grid] for case in cases}
+    crops = {grid: _common_crop(scene, value) for grid, value in of_grid.items()}
     found = []
     for case in cases:
         crop = crops[case.info.grid]
@@ -185,10 +185,10 @@ def _common_crop(scene: Scene, cases: Sequence[Case]) -> CropPlan:
     crops = [
         choose_crop(
             scene.crop,
-            [shown(Table.exact(each)) for each in case.functions],
+            [shown(Table.exact(function)) for function in case.functions],
             case.measured.ranges_zyx,
             reach=reach,
-            boxes=[case.boxes.get(each.name) for each in case.functions],
+            boxes=[case.boxes.get(function.name) for function in case.functions],
         )
         for case in cases
     ]
@@ -204,8 +204,8 @@ def _of_channels(plans: Sequence[ChannelPlan], items: Sequence[Sequence[PlanItem
     """
     listed: list[PlanItem] = []
     claimed: set[str] = set()
-    for plan, each in zip(plans, items, strict=True):
-        for item in each:
+    for plan, plan_item in zip(plans, items, strict=True):
+        for item in plan_item:
             files = tuple(path for path in item.files if path not in claimed)
             if any(path in claimed and not path.startswith("shaders/") for path in item.files):
                 raise VolprepError("VP1244", path=plan.channel, what=item.name)

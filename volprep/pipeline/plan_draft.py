@@ -37,8 +37,10 @@ def plan_draft(
     channels = draft.manifest.channels
     drafts = (draft, *frame_drafts(draft))
     if measured is None:
-        measured = tuple(_measured_again(drafts, each.name) for each in channels)
-    volumes = [source_volume(drafts[found.frame], each.name) for each, found in zip(channels, measured, strict=True)]
+        measured = tuple(_measured_again(drafts, channel.name) for channel in channels)
+    volumes = [
+        source_volume(drafts[found.frame], channel.name) for channel, found in zip(channels, measured, strict=True)
+    ]
     forms = _tried(draft) if tried is None else [*tried]
     scanned = [
         Scanned(
@@ -57,7 +59,7 @@ def _measured_again(drafts: Sequence[Draft], name: str) -> Measured:
     """Measure a channel again, in all frames."""
     found: Measured | None = None
     for number, draft in enumerate(drafts):
-        channel = next(each for each in draft.manifest.channels if each.name == name)
+        channel = next(channel for channel in draft.manifest.channels if channel.name == name)
         again = measure_again(channel.source, channel.statistics, source_volume(draft, name))
         found = again if found is None else found.with_frame(again, number, len(drafts))
     assert found is not None  # noqa: S101 - the draft itself is the first
@@ -77,4 +79,4 @@ def _tried(draft: Draft) -> list[FormTrial]:
     """Compressed forms that were tried when an earlier plan was made for the draft."""
     if all(record.path != FORMS for record in draft.manifest.files):
         return []
-    return [FormTrial.model_validate(each) for each in json.loads(draft.read_bytes(FORMS))]
+    return [FormTrial.model_validate(load) for load in json.loads(draft.read_bytes(FORMS))]

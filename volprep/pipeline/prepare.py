@@ -74,7 +74,7 @@ class Prepared:
         if not self.first_look:
             return self.scene
         if len(found) > 1:
-            body, veil = (MeasuredScan(info, each.statistics, each.rays_zyx[0]) for info, each in found)
+            body, veil = (MeasuredScan(info, measured.statistics, measured.rays_zyx[0]) for info, measured in found)
             return with_fused_look(self.scene, body, veil)
         info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces

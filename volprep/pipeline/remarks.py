@@ -38,7 +38,7 @@ def remarks(manifest: Manifest) -> Iterator[str]:
     if all(item.kind != FIRST_LOOK for item in manifest.plan):
         yield from _without_hounsfield_units(manifest)
     # The channels of a volume in colour are made of one source.
-    several = len(manifest.channels) > 1 and all(each.classification != "colour" for each in manifest.programs)
+    several = len(manifest.channels) > 1 and all(program.classification != "colour" for program in manifest.programs)
     for channel in manifest.channels:
         for remark in channel.source.info.remarks:
             yield f"{channel.name}: {remark}" if several else remark
@@ -52,7 +52,7 @@ def warnings(manifest: Manifest) -> Iterator[str]:
     """
     yield from _missing_resolution(manifest)
     yield from (item.reason for item in manifest.plan if item.kind in {LIT_CODES, BEYOND})
-    if any(each.classification == "colour" for each in manifest.programs):
+    if any(program.classification == "colour" for program in manifest.programs):
         if manifest.channels[-1].statistics.maximum == 0.0:
             yield _TRANSPARENT
         return

@@ -118,11 +118,11 @@ def _from_bricks(
     inputs = from_bricks(bricks, chosen.held, shot.transfer, damaged.append)
     with Renderer(package, transfer=shot.transfer, edit=lambda _package, _inputs: inputs) as renderer:
         picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
-        stored = sum(int(each.sum()) for each in bricks.stored)
+        stored = sum(int(value.sum()) for value in bricks.stored)
         notes = f"within {chosen.bound:.2g} of the picture of all bricks: {chosen.bricks} of {stored} are held"
         seen = float((picture[..., 3] > 0.0).mean())
         driver = str(renderer.driver)
-        return picture, Taken(0, renderer.name, driver, seen, (notes, *(str(each) for each in damaged)))
+        return picture, Taken(0, renderer.name, driver, seen, (notes, *(str(brick) for brick in damaged)))
 
 
 def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:

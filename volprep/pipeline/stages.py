@@ -56,7 +56,7 @@ def _rays(plan: Plan, measured: Mapping[_Key, MeasuredStep]) -> RaySampling:
     planned = plan.shared.rays
     indices = sorted({level.index for channel in plan.channels for level in channel.levels})
     by_level = {index: _finest(plan.channels, index, measured, planned) for index in indices}
-    kept = {each.level: each.step_mm for each in planned.level_steps if each.level not in by_level}
+    kept = {step.level: step.step_mm for step in planned.level_steps if step.level not in by_level}
     by_level |= kept
     first = by_level[indices[0]]
     others = (LevelStep(level=index, step_mm=step) for index, step in sorted(by_level.items()) if step != first)
@@ -106,8 +106,8 @@ def run_stage(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Pr
     """
     later = frame_drafts(draft)
     plan = with_measured_steps((draft, *later), plan)
-    for each in (draft, *(later if stage.each_frame else ())):
-        _run(each, stage, plan, scene, progress)
+    for frame_draft in (draft, *(later if stage.each_frame else ())):
+        _run(frame_draft, stage, plan, scene, progress)
 
 
 def _run(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progress) -> None:
@@ -125,7 +125,7 @@ def _run(draft: Draft, stage: Stage, plan: Plan, scene: Scene, progress: Progres
 
 def _unplanned(plan: Plan) -> set[str]:
     """Return the names of the stages that a plan does not need."""
-    return {each.name for each in STAGES if each.name not in plan.stages}
+    return {stage.name for stage in STAGES if stage.name not in plan.stages}
 
 
 def _made(stage: Stage, draft: Draft, plan: Plan, progress: Progress) -> Iterator[Contribution]:

@@ -76,7 +76,7 @@ class Packed:
 
     def of(self, plan: ChannelPlan) -> tuple[VolumePlan, ...]:
         """Return the textures of a channel: the ones it shares, or its own."""
-        return self.volumes if any(plan.channel in each.channels for each in self.volumes) else plan.volumes
+        return self.volumes if any(plan.channel in volume.channels for volume in self.volumes) else plan.volumes
 
 
 @dataclass(frozen=True)

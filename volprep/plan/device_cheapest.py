@@ -52,8 +52,8 @@ class CheapestPackage(Record):
     def cost(self) -> tuple[int, float, float]:
         """Bytes of the largest picture, then its error, then its time: of two packages the lesser one is cheaper."""
         draws = self.draws
-        time = max(each.time_ms.expected for each in draws)
-        return max(each.upload_bytes for each in draws), max(each.seen_rmse for each in draws), time
+        time = max(draw.time_ms.expected for draw in draws)
+        return max(draw.upload_bytes for draw in draws), max(draw.seen_rmse for draw in draws), time
 
 
 class DeviceAnswer(Record):
@@ -113,7 +113,7 @@ class _Candidate:
 
     @property
     def draw(self) -> CheapestDraw:
-        level = next(each for each in self.program.levels if each.level == self.point.level)
+        level = next(level for level in self.program.levels if level.level == self.point.level)
         return CheapestDraw(
             transfer=self.program.transfer,
             level=level.level,
@@ -143,7 +143,7 @@ def _answer(records: Sequence[DeviceRecord], wish: DeviceLimits) -> DeviceAnswer
     for record in records:
         packages.setdefault(record.package.manifest_sha256, []).append(_package(record, wish))
     # A package that was measured several times must fit each time: the luckiest measurement proves nothing.
-    fitting = [max(found, key=_cost) for each in packages.values() if (found := _all_of(each))]
+    fitting = [max(found, key=_cost) for package in packages.values() if (found := _all_of(package))]
     package = min(fitting, key=_cost, default=None)
     device = records[0].device
     return DeviceAnswer(
@@ -159,7 +159,7 @@ def _answer(records: Sequence[DeviceRecord], wish: DeviceLimits) -> DeviceAnswer
 
 def _all_of(found: Sequence[CheapestPackage | None]) -> list[CheapestPackage]:
     """Return the choices of all measurements of a package; none if one of them has no choice."""
-    there = [each for each in found if each is not None]
+    there = [package for package in found if package is not None]
     return there if len(there) == len(found) else []
 
 
@@ -170,10 +170,14 @@ def _cost(package: CheapestPackage) -> tuple[int, float, float]:
 def _package(record: DeviceRecord, wish: DeviceLimits) -> CheapestPackage | None:
     """Return the cheapest draws of a measured package; None if one of its transfer functions has none that fits."""
     draws = [
-        min((each.draw for each in _candidates(record, program, wish) if each.fits(wish)), key=_draw_cost, default=None)
+        min(
+            (candidate.draw for candidate in _candidates(record, program, wish) if candidate.fits(wish)),
+            key=_draw_cost,
+            default=None,
+        )
         for program in record.programs
     ]
-    found = tuple(each for each in draws if each is not None)
+    found = tuple(draw for draw in draws if draw is not None)
     if len(found) < len(draws):
         return None
     measured = record.package
@@ -195,28 +199,34 @@ def _candidates(record: DeviceRecord, program: DeviceProgram, wish: DeviceLimits
 def _why_none(records: Sequence[DeviceRecord], wish: DeviceLimits) -> str:
     """Say which draw comes nearest to the wish; of each package the transfer function that binds counts."""
     binding = [found for record in records if (found := _binding(record, wish)) is not None]
-    late = [each for each in binding if each.point.seen_rmse <= wish.seen_rmse]
+    late = [program for program in binding if program.point.seen_rmse <= wish.seen_rmse]
     if late:
-        fastest = min(late, key=lambda each: each.time_ms.most)
+        fastest = min(late, key=lambda candidate: candidate.time_ms.most)
         return f"the fastest with this error takes up to {fastest.time_ms.most:.5g} ms ({_told(fastest)})"
     if binding:
-        best = min(binding, key=lambda each: each.point.seen_rmse)
+        best = min(binding, key=lambda candidate: candidate.point.seen_rmse)
         return f"the least error is {best.point.seen_rmse:.3g} ({_told(best)})"
-    return "nothing was timed: " + (next((told for each in records for told in each.left_out), "no reason is given"))
+    return "nothing was timed: " + (
+        next((told for record in records for told in record.left_out), "no reason is given")
+    )
 
 
 def _binding(record: DeviceRecord, wish: DeviceLimits) -> _Candidate | None:
     """Return the least error that is too large, else the fastest draw that is too slow; None if nothing misses."""
     programs = [[*_candidates(record, program, wish)] for program in record.programs if program.points]
-    missed = [candidates for candidates in programs if not any(each.fits(wish) for each in candidates)]
-    near = [[each for each in candidates if each.point.seen_rmse <= wish.seen_rmse] for candidates in missed]
+    missed = [candidates for candidates in programs if not any(candidate.fits(wish) for candidate in candidates)]
+    near = [
+        [candidate for candidate in candidates if candidate.point.seen_rmse <= wish.seen_rmse] for candidates in missed
+    ]
     if not all(near):
         wrong = [
-            min(each, key=lambda one: one.point.seen_rmse) for each, some in zip(missed, near, strict=True) if not some
+            min(program, key=lambda one: one.point.seen_rmse)
+            for program, some in zip(missed, near, strict=True)
+            if not some
         ]
-        return max(wrong, key=lambda each: each.point.seen_rmse)
+        return max(wrong, key=lambda candidate: candidate.point.seen_rmse)
     slow = [min(candidates, key=lambda one: one.time_ms.most) for candidates in near]
-    return max(slow, key=lambda each: each.time_ms.most, default=None)
+    return max(slow, key=lambda candidate: candidate.time_ms.most, default=None)
 
 
 def _told(candidate: _Candidate) -> str:

@@ -75,7 +75,7 @@ def _all_in(folder: Path) -> list[tuple[Path, DeviceRecord]]:
 
 
 def _digests(record: DeviceRecord) -> dict[str, str]:
-    return {each.channel: each.sha256 for each in record.package.sources}
+    return {source.channel: source.sha256 for source in record.package.sources}
 
 
 def require_same_scan(path: Path, record: DeviceRecord, profile: str, sources: Mapping[str, str]) -> None:

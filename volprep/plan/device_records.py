@@ -173,7 +173,7 @@ class DeviceProgram(Record):
 
     @model_validator(mode="after")
     def _levels_of_points_are_listed(self) -> Self:
-        missing = {point.level for point in self.points} - {each.level for each in self.levels}
+        missing = {point.level for point in self.points} - {level.level for level in self.levels}
         if missing:
             msg = f"level {min(missing)} was timed, and levels does not list it"
             raise ValueError(msg)

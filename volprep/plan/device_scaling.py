@@ -81,8 +81,8 @@ def growth_of(program: DeviceProgram, picture_size: int, canvas: Canvas | None) 
     measured = picture_size**2
     # A smaller picture is not faster in proportion, and how much was not measured.
     wanted = measured if canvas is None else max(canvas.pixels, measured)
-    sizes = sorted(program.sizes, key=lambda each: each.size)
-    if len({each.size for each in sizes}) < 2:
+    sizes = sorted(program.sizes, key=lambda measured: measured.size)
+    if len({size.size for size in sizes}) < 2:
         return Growth(
             factor=_exactly(wanted / measured), ns_per_pixel=_nominal_cost(program, measured), proportional=True
         )
@@ -90,14 +90,14 @@ def growth_of(program: DeviceProgram, picture_size: int, canvas: Canvas | None) 
     if wanted == measured:
         return Growth(factor=_exactly(1.0), ns_per_pixel=cost, proportional=False)
     base, there = _time_of(sizes, measured).expected, _time_of(sizes, wanted)
-    factors = [each / base if base else wanted / measured for each in (there.expected, there.least, there.most)]
+    factors = [value / base if base else wanted / measured for value in (there.expected, there.least, there.most)]
     factor = Interval(expected=factors[0], least=factors[1], most=factors[2])
     return Growth(factor=factor, ns_per_pixel=cost, proportional=False)
 
 
 def _time_of(sizes: Sequence[DeviceSize], pixels: int) -> Interval:
     """Return the milliseconds of a nominal draw: between the two nearest sizes, or beyond all along the whole line."""
-    above = next((index for index, each in enumerate(sizes) if each.size**2 >= pixels), None)
+    above = next((index for index, size in enumerate(sizes) if size.size**2 >= pixels), None)
     if above is None:
         return _Line(sizes[0], sizes[-1]).at(pixels)
     return _Line(sizes[max(above - 1, 0)], sizes[max(above, 1)]).at(pixels)
@@ -109,9 +109,9 @@ def _exactly(value: float) -> Interval:
 
 def _nominal_cost(program: DeviceProgram, pixels: int) -> Interval:
     """Return time over pixels, where nothing tells fixed costs apart, of the slowest point of the finest level."""
-    point = max(program.finest or program.points, key=lambda each: each.draw_ms, default=None)
+    point = max(program.finest or program.points, key=lambda point: point.draw_ms, default=None)
     times = (0.0, 0.0, 0.0) if point is None else (point.draw_ms, point.fastest_ms, point.slowest_ms)
-    expected, least, most = (_NS_PER_MS * each / pixels for each in times)
+    expected, least, most = (_NS_PER_MS * time / pixels for time in times)
     return Interval(expected=expected, least=least, most=most)
 
 

@@ -51,7 +51,7 @@ def describe_functions(scene: Scene, functions: tuple[TransferFunction, ...]) ->
 
 
 def _measure(info: SourceInfo, measured: Measured) -> Measure:
-    low, high = (float(each) for each in np.percentile(measured.rays_zyx[0], (_OUTLIERS, 100 - _OUTLIERS)))
+    low, high = (float(value) for value in np.percentile(measured.rays_zyx[0], (_OUTLIERS, 100 - _OUTLIERS)))
     if low == high:
         low, high = measured.statistics.minimum, measured.statistics.maximum
     if low == high:

@@ -296,7 +296,7 @@ class TogetherPlan(Record):
     @property
     def mixing(self) -> Mixing:
         """How its media mix."""
-        return "colour" if any(each.classification == "colour" for each in self.programs) else "sum"
+        return "colour" if any(program.classification == "colour" for program in self.programs) else "sum"
 
 
 class LabelTexturePlan(TextureContent):

@@ -331,7 +331,7 @@ class Plan(Record):
     def drawn_together(self) -> tuple[ChannelPlan, ...]:
         """Channels of the picture of several transfer functions, in their order."""
         wanted = self.joint.transfers if self.joint else ()
-        return tuple(next(each for each in self.channels if name in each.transfers) for name in wanted)
+        return tuple(next(channel for channel in self.channels if name in channel.transfers) for name in wanted)
 
     def __repr__(self) -> str:
         """Return one line; `items` has the decisions."""

@@ -41,7 +41,7 @@ def mark_lines(
     moved = np.eye(4)
     moved[:3, 3] = -low_mm_xyz
     size_mm = high_mm_xyz - low_mm_xyz
-    behind, before = (_ends(each, size_mm) for each in _edges(moved @ box_from_clip, size_mm))
+    behind, before = (_ends(edge, size_mm) for edge in _edges(moved @ box_from_clip, size_mm))
     low = low_mm_xyz.astype(np.float32)
     return BoxLines(behind + low, before + low, colour)
 

@@ -167,7 +167,7 @@ def _plain(name: TextureFormat, api: Api, shape: list[int]) -> tuple[NDArray[np.
     """Return texels that are equal except for the last one, and both colours as a shader reads them [2, RGBA]."""
     components = COMPONENTS[name]
     middle, span = _SPREADS.get(name, _WHOLE)
-    dtype = next(layout.dtype for each, layout in TEXELS.items() if each == name)
+    dtype = next(layout.dtype for value, layout in TEXELS.items() if value == name)
     one = _ONES[dtype.name]
     values = (_two_values(components) - 0.5) * span + middle
     codes = (values * one if dtype == np.float16 else np.round(values * one)).astype(dtype)

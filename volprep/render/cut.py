@@ -143,8 +143,8 @@ def cut_box(package: Package, box: Box) -> Cut:
             intercept=quantization.intercept,
             marks=tuple(_mark(manifest, level, start_zyx, stop_zyx) for level in manifest.levels),
             files_read=len(found.opened),
-            reads=sum(each.reads for each in found.opened),
-            texel_bytes_read=sum(each.texel_bytes_read for each in found.opened),
+            reads=sum(box.reads for box in found.opened),
+            texel_bytes_read=sum(box.texel_bytes_read for box in found.opened),
             empty_pieces=found.empty,
         ),
         grid.filter == "nearest",
@@ -239,12 +239,12 @@ def _with_shared(grid: SubvolumeGrid, place: Index, span: Box, box: Box, empty: 
 
 
 def _moved(box: Box, corner_zyx: tuple[int, int, int]) -> Box:
-    z, y, x = (slice(each.start - at, each.stop - at) for each, at in zip(box, corner_zyx, strict=True))
+    z, y, x = (slice(side.start - at, side.stop - at) for side, at in zip(box, corner_zyx, strict=True))
     return z, y, x
 
 
 def _shape(box: Box) -> tuple[int, int, int]:
-    z, y, x = (each.stop - each.start for each in box)
+    z, y, x = (side.stop - side.start for side in box)
     return z, y, x
 
 

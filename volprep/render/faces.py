@@ -16,7 +16,7 @@ def face_corners(box_from_clip: Float64Array, extent_mm_xyz: Float64Array, *, fr
     for (axis, side), is_front in faces_from(box_from_clip, extent_mm_xyz).items():
         if is_front == front:
             face = np.full((6, 3), float(side), np.float32)
-            face[:, [each for each in range(3) if each != axis]] = _SQUARE
+            face[:, [dimension for dimension in range(3) if dimension != axis]] = _SQUARE
             faces.append(face)
     return np.concatenate(faces) if faces else np.empty((0, 3), np.float32)
 

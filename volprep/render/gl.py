@@ -106,7 +106,7 @@ class Gl(GlObjects):
                 mode = getattr(GLES3, f"GL_{between}_MIPMAP_{between}")
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MIN_FILTER, mode)
                 GLES3.glTexParameteri(target, GLES3.GL_TEXTURE_MAX_LEVEL, len(levels) - 1)
-            self.uploaded_bytes += sum(each.nbytes for each in levels)
+            self.uploaded_bytes += sum(level.nbytes for level in levels)
             # The driver has a copy: do not hold the texels as long as the texture.
             del levels, texels, pointer
             yield handle

@@ -70,7 +70,7 @@ def delete_texture(handle: int) -> None:
 
 def upload_3d(internal: int, pixels: int, kind: int, levels: Sequence[NDArray[np.generic]]) -> None:
     """Fill the bound 3D texture: all levels, the finest first."""
-    for level, texels in enumerate(np.ascontiguousarray(each) for each in levels):
+    for level, texels in enumerate(np.ascontiguousarray(level) for level in levels):
         depth, height, width = texels.shape[:3]
         pointer = texels.ctypes.data_as(ctypes.c_void_p)
         target = GLES3.GL_TEXTURE_3D

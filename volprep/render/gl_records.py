@@ -45,7 +45,7 @@ class Bindings:
 
     def without(self, sampler: str) -> "Bindings":
         """Return them without the texture of a sampler."""
-        return Bindings({name: each for name, each in self.textures.items() if name != sampler}, self.uniforms)
+        return Bindings({name: texture for name, texture in self.textures.items() if name != sampler}, self.uniforms)
 
 
 @dataclass(frozen=True)

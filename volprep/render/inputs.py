@@ -88,13 +88,15 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
         None,
     )
     if found is None:
-        known = "; ".join(f"level {', '.join(str(each.level) for each in one.drawings)} with {one.name}"
+        known = "; ".join(f"level {', '.join(str(drawing.level) for drawing in one.drawings)} with {one.name}"
                           for one in manifest.pictures)  # fmt: skip
         raise undrawable(package, "any level" if level is None else f"level {level}", picture, known or "nothing")
     shown, drawing = found
     by_name = {texture.name: texture for texture in manifest.textures}
-    drawn = next((each for each in manifest.levels if each.index == drawing.level), None)
-    is_whole = by_name.keys() >= set(drawing.textures) and drawing.program in {each.name for each in manifest.programs}
+    drawn = next((level for level in manifest.levels if level.index == drawing.level), None)
+    is_whole = by_name.keys() >= set(drawing.textures) and drawing.program in {
+        program.name for program in manifest.programs
+    }
     if drawing.program is None or drawing.step_mm is None or drawn is None or not is_whole:
         raise undrawable(package, f"level {drawing.level}", shown.name, "nothing: its program or a texture is missing")
     program = manifest.picture_program(drawing.program, shown)

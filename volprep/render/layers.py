@@ -48,7 +48,7 @@ def view_axes(box_from_clip: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Return unit vectors in box space: to the picture's right, and at a right angle to it, away from the viewer."""
     clip = np.array([[0, 0, -1, 1], [1, 0, -1, 1], [0, 1, -1, 1], [0, 0, 1, 1]])
     near, right, above, far = (place[:3] / place[3] for place in clip @ box_from_clip.T)
-    across, up = (each / np.linalg.norm(each) for each in (right - near, above - near))
+    across, up = (value / np.linalg.norm(value) for value in (right - near, above - near))
     view = np.cross(across, up)
     view *= np.sign(view @ (far - near)) / np.linalg.norm(view)
     return across, view
@@ -86,7 +86,7 @@ def _face(axis: int, side: int, numbers: NDArray[np.intp]) -> Float32Array:
     """Return two triangles for a face of each layer [layer, 6, 4]."""
     corners = np.empty((len(numbers), 6, 4), np.float32)
     places = _CORNERS.copy()
-    held = [each for each in range(3) if each != axis]
+    held = [dimension for dimension in range(3) if dimension != axis]
     columns = {held[0]: places[:, 0], held[1]: places[:, 1], axis: np.full(6, 2.0 * side - 1)}
     corners[..., 0], corners[..., 1] = columns[0], columns[1]
     corners[..., 2] = numbers[:, None]

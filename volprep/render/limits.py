@@ -23,7 +23,7 @@ def check_program(program: Program, textures: Sequence[Texture], manifest: Manif
     if count > profile.texture_units:
         raise VolprepError("VP5013", name=program.name, count=count, limit=profile.texture_units, profile=profile.name)
     files = {texture.file for texture in textures if texture.mipmap is not None}
-    mipmaps = [each for each in manifest.textures if each.file in files and each not in textures]
+    mipmaps = [texture for texture in manifest.textures if texture.file in files and texture not in textures]
     check_textures(program.name, [*textures, *mipmaps], profile)
 
 

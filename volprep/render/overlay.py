@@ -32,11 +32,11 @@ class Overlay:
     ) -> None:
         """Draw lines behind the volume, over them the small picture, and over that the lines before the volume."""
         clip_from_box = clip_from_box_of(box_from_clip).astype(np.float32)
-        self._draw_lines(target, clip_from_box, [(each.behind, each.colour) for each in lines], clears=True)
+        self._draw_lines(target, clip_from_box, [(line.behind, line.colour) for line in lines], clears=True)
         bindings = Bindings({"u_small": ("2d", small.texture)}, {})
         corners = Corners(TRIANGLE, _OVER, clears=False)
         self._gl.draw_corners(self._enlarged, bindings, target, self._buffer, corners)
-        self._draw_lines(target, clip_from_box, [(each.before, each.colour) for each in lines], clears=False)
+        self._draw_lines(target, clip_from_box, [(line.before, line.colour) for line in lines], clears=False)
 
     def _draw_lines(
         self,

@@ -40,7 +40,7 @@ def probe_profile(profile: DeviceProfile) -> ProfileProbes:
     with context(profile.api) as opened:
         driver = str(opened.driver)
         with _drawing(opened, profile) as draw:
-            results = tuple(_try(each, profile.api, driver, draw) for each in capabilities_of(profile))
+            results = tuple(_try(capability, profile.api, driver, draw) for capability in capabilities_of(profile))
     taken = round(1000 * (perf_counter() - start), 1)
     return ProfileProbes(profile=profile.name, driver=driver, milliseconds=taken, results=results)
 

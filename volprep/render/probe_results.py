@@ -45,4 +45,4 @@ class ProfileProbes(Record):
     @property
     def wrong(self) -> tuple[ProbeResult, ...]:
         """Results that failed."""
-        return tuple(each for each in self.results if not each.works)
+        return tuple(result for result in self.results if not result.works)

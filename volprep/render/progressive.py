@@ -147,7 +147,7 @@ def frames(
         return
     share = pixel_order(order, shape_hw)
     with renderer.in_order(share):
-        numbers = ((PicturePart(share=float(each)), share == each) for each in np.unique(share))
+        numbers = ((PicturePart(share=float(value)), share == value) for value in np.unique(share))
         yield from _by_parts(drawing, first.picture, numbers)
 
 

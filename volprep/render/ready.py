@@ -30,4 +30,4 @@ class Ready:
     def read(self) -> Handles:
         """The textures that its passes draw into, by their samplers."""
         drawn = zip(self.program.passes, self.targets, strict=True)
-        return {each.sampler: ("2d", target.texture) for each, target in drawn}
+        return {ready_pass.sampler: ("2d", target.texture) for ready_pass, target in drawn}

@@ -119,7 +119,7 @@ class Renderer:
         """Link a program and its passes, until `stack` ends. Raises VP5005, VP5006, VP5015 and VP5017."""
         linked = stack.enter_context(self._gl.program(program.name, *self._shaders(program)))
         check_uniforms(program, textures, linked)
-        return Ready(program, linked, [stack.enter_context(self._linked_pass(each)) for each in program.passes])
+        return Ready(program, linked, [stack.enter_context(self._linked_pass(pass_)) for pass_ in program.passes])
 
     def _ready_for(self, box_from_clip: Float64Array) -> Ready:  # noqa: ARG002 - for renderers with several programs
         """Return the program that draws a view."""
@@ -258,12 +258,14 @@ class Renderer:
         self._part_of = None
         values: dict[str, ArrayLike] = {"box_from_clip": box_from_clip, "step_mm": step_mm, **self._inputs.values}
         values["clip_from_box"] = clip_from_box_of(box_from_clip)
-        for each, linked, drawn in zip(ready.program.before, ready.passes, ready.targets, strict=False):
-            bindings = self._bindings(ready, each.uniforms, values).without(each.sampler)
-            if each.geometry == "mesh":
+        for ready_pass, linked, drawn in zip(ready.program.before, ready.passes, ready.targets, strict=False):
+            bindings = self._bindings(ready, ready_pass.uniforms, values).without(ready_pass.sampler)
+            if ready_pass.geometry == "mesh":
                 self._gl.draw_mesh(linked, bindings, drawn, ready.mesh)
-            elif each.size is None:
-                self._gl.draw_corners(linked, bindings, drawn, self._corners, self._faces(each.geometry, box_from_clip))
+            elif ready_pass.size is None:
+                self._gl.draw_corners(
+                    linked, bindings, drawn, self._corners, self._faces(ready_pass.geometry, box_from_clip)
+                )
             elif self._map_step_mm != step_mm:
                 # A shadow map is the same for every view.
                 self._gl.draw(linked, bindings, drawn, self._triangle)
@@ -313,7 +315,7 @@ class Renderer:
         step, target = self._step(step_mm), self._target_of(shape_hw)
         ready = self._ready_for(box_from_clip)
         program = ready.program
-        over_mesh = [each.geometry == "mesh" for each in program.passes]
+        over_mesh = [pass_.geometry == "mesh" for pass_ in program.passes]
         if program.geometry != "triangle" or program.slab_samples is not None or not all(over_mesh):
             raise VolprepError("VP5041", technique=program.technique)
         self._last = None
@@ -427,7 +429,7 @@ class Renderer:
         return Corners(face_corners(box_from_clip, self._extent_mm_xyz, front=geometry == "front-faces"))
 
     def _bindings(self, ready: Ready, uniforms: Sequence[Uniform], values: Mapping[str, ArrayLike]) -> Bindings:
-        given = {each.name: np.asarray(values[each.source], dtype=np.float32) for each in uniforms}
+        given = {uniform.name: np.asarray(values[uniform.source], dtype=np.float32) for uniform in uniforms}
         return Bindings({**self._handles, **ready.read}, given)
 
     @property
@@ -470,7 +472,7 @@ class Renderer:
             )
             self._map_step_mm = self._part_of = None
             for ready in self._programs:
-                ready.targets = [self._pass_target(each, shape_hw) for each in ready.program.passes]
+                ready.targets = [self._pass_target(ready_pass, shape_hw) for ready_pass in ready.program.passes]
         return self._target
 
     def _pass_target(self, drawn: Pass, shape_hw: tuple[int, int]) -> PictureTarget:
@@ -482,7 +484,7 @@ class Renderer:
     def _linked_pass(self, drawn: Pass) -> Iterator[LinkedProgram]:
         """Compile a pass that comes first. Raises VP5017 if its uniforms differ from the ones that it names."""
         with self._gl.program(drawn.fragment, *self._shaders(drawn)) as linked:
-            named: dict[str, str] = {each.name: each.type for each in drawn.uniforms}
+            named: dict[str, str] = {uniform.name: uniform.type for uniform in drawn.uniforms}
             read = zip(self._program.samplers, self._textures, strict=True)
             named |= {name: _SAMPLERS[texture.dimension] for name, texture in read if name in drawn.reads}
             _require_named(drawn.fragment, named, linked)
@@ -515,7 +517,7 @@ def check_uniforms(program: PictureProgram, textures: list[Texture], linked: Lin
     named: dict[str, str] = {uniform.name: uniform.type for uniform in program.uniforms}
     for name, texture in zip(program.samplers, textures, strict=True):
         named[name] = _SAMPLERS[texture.dimension]
-    named |= {each.sampler: "sampler2D" for each in program.passes}
+    named |= {pass_.sampler: "sampler2D" for pass_ in program.passes}
     _require_named(program.name, named, linked)
 
 

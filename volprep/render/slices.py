@@ -133,7 +133,7 @@ class SliceRenderer:
             self._gl = Gl1(context)
             stack.callback(self._gl.close)
             self._parts: dict[StackAxis, list[_Part]] = {}
-            for texture in sorted(self._textures, key=lambda each: each.part):
+            for texture in sorted(self._textures, key=lambda texture: texture.part):
                 if texture.slices is not None:
                     handle = stack.enter_context(self._gl.texture(texture, self._read(texture)))
                     part = _part(handle, texture, self._layout(texture, texture.slices), self.level.grid)
@@ -224,11 +224,11 @@ class SliceRenderer:
         clip_from_box = np.linalg.inv(box_from_clip).astype(np.float64)
         target = self._target_of(shape_hw)
         self._gl.clear(target, shape_hw)
-        for each in lines:
-            self._gl.lines(each.behind, each.colour, clip_from_box)
+        for outline in lines:
+            self._gl.lines(outline.behind, outline.colour, clip_from_box)
         self._gl.picture(np.rint(np.clip(small, 0.0, 1.0) * 255).astype(np.uint8))
-        for each in lines:
-            self._gl.lines(each.before, each.colour, clip_from_box)
+        for outline in lines:
+            self._gl.lines(outline.before, outline.colour, clip_from_box)
         return self._gl.read(target, shape_hw)
 
     def _draw(
@@ -284,9 +284,9 @@ class SliceRenderer:
             raise VolprepError("VP5023", path=self._package.path)
         window = manifest.quantization.window
         return {
-            each.name: code_colours(function, window, each.reference_mm)
-            for each in self._textures
-            if each.reference_mm is not None
+            texture.name: code_colours(function, window, texture.reference_mm)
+            for texture in self._textures
+            if texture.reference_mm is not None
         }
 
     def _layout(self, texture: Texture, layout: SliceLayout) -> SliceLayout:

@@ -72,7 +72,7 @@ def median_ms(
 def gpu_times(draw: Callable[[], object], gpu: GpuTimer | None, count: int) -> Spread | None:
     """Time `draw` so often by the driver's clock; None if there is no clock, or if it was always interrupted."""
     found = [] if gpu is None else [gpu.measure_ms(draw) for _ in range(count)]
-    times = [each for each in found if each is not None]
+    times = [value for value in found if value is not None]
     return Spread.of(times) if times else None
 
 

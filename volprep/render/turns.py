@@ -131,7 +131,7 @@ def _unlit(
 
 def _in_cells(manifest: Manifest, program: PictureProgram, level: int) -> _Turns:
     """Return the turns of a loop from cell to cell: no step makes them more."""
-    grid = next((each.grid for each in manifest.levels if each.index == level), manifest.grid)
+    grid = next((held.grid for held in manifest.levels if held.index == level), manifest.grid)
     faces = most_faces(grid or manifest.source.info.grid)
     table = skip_table(manifest, program.transfer, level)
     if table is None or not manifest.skips(program):

@@ -76,7 +76,7 @@ class Axis:
             powers = range(math.floor(first), math.ceil(last) + 1)
             for parts in (self.subdivisions, (1.0,)):
                 found = [part * 10.0**power for power in powers for part in parts]
-                found = [each for each in found if first <= math.log10(each) <= last]
+                found = [value for value in found if first <= math.log10(value) <= last]
                 if 1 < len(found) <= most:
                     return found
             if len(found) > most:

@@ -49,21 +49,23 @@ def device_parts(report: Report) -> tuple[DevicePart, ...]:
             (record, each) for record in report.devices for each in record.programs if each.transfer == program.transfer
         ]
         if found:
-            curves = [_curve(_label(record), each.points) for record, each in found]
+            curves = [_curve(_label(record), measured.points) for record, measured in found]
             plot = curves_against_time(curves, report.tolerance.rmse)
-            parts.append(DevicePart(program.transfer, plot, tuple(_row(record, each) for record, each in found)))
+            parts.append(
+                DevicePart(program.transfer, plot, tuple(_row(record, measured) for record, measured in found))
+            )
     return tuple(parts)
 
 
 def _label(record: DeviceRecord) -> str:
     """Return the names of a device as a legend takes them."""
-    return ", ".join(shown(each, _LONGEST_LABEL) for each in (record.device.gpu, record.device.browser))
+    return ", ".join(shown(text, _LONGEST_LABEL) for text in (record.device.gpu, record.device.browser))
 
 
 def _curve(label: str, points: Sequence[DevicePoint]) -> DeviceCurve:
     """Return the points that no other beats in time and in error, as a curve, and the other points."""
     front: list[DevicePoint] = []
-    for point in sorted(points, key=lambda each: (each.draw_ms, each.rmse)):
+    for point in sorted(points, key=lambda point: (point.draw_ms, point.rmse)):
         if not front or point.rmse < front[-1].rmse:
             front.append(point)
     beaten = [point for point in points if point not in front]

@@ -8,13 +8,7 @@ from volprep.report import text
 from volprep.report.canvas import Plot
 from volprep.report.devices import device_parts
 from volprep.report.environment import environment
-from volprep.report.plots import (
-    error_against_size,
-    error_against_step,
-    error_against_time,
-    plain_bytes,
-    transfer_plot,
-)
+from volprep.report.plots import error_against_size, error_against_step, error_against_time, plain_bytes, transfer_plot
 from volprep.report.study import Study
 from volprep.report.verdict_words import SEEN_FROM, verdict_lines
 from volprep.validation.comparison.colours import colours, css_bytes
@@ -25,12 +19,7 @@ from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, Tolerance
 from volprep_formats.readers import title_of
 
-_WAYS: dict[WayName, str] = {
-    "neither": "neither",
-    "table": "skip table",
-    "mesh": "proxy mesh",
-    "both": "both",
-}
+_WAYS: dict[WayName, str] = {"neither": "neither", "table": "skip table", "mesh": "proxy mesh", "both": "both"}
 
 
 @dataclass(frozen=True)
@@ -79,15 +68,12 @@ def page(report: Report, studies: Sequence[Study] = ()) -> str:
 
 
 def _plots(program: ProgramResult, report: Report) -> ProgramPlots:
-    return ProgramPlots(
-        time=error_against_time(program, report),
-        step=error_against_step(program, report),
-    )
+    return ProgramPlots(time=error_against_time(program, report), step=error_against_step(program, report))
 
 
 def _transfer_plots(manifest: Manifest) -> dict[str, Plot]:
     plots = [_plots_of_channel(view) for view in channel_views(manifest).values()]
-    return {name: plot for each in plots for name, plot in each.items()}
+    return {name: plot for named in plots for name, plot in named.items()}
 
 
 def _plots_of_channel(manifest: Manifest) -> dict[str, Plot]:
@@ -121,7 +107,7 @@ def _beside(report: Report) -> list[tuple[ProgramResult, ViewResult, SweepPoint]
     """
     shared = [picture for picture in report.package.manifest.pictures if picture.mixing == "sum"]
     by_transfer = {program.transfer: program for program in report.programs}
-    wanted = [name for each in shared for name in (each.name, *(medium.transfer for medium in each.media))]
+    wanted = [name for picture in shared for name in (picture.name, *(medium.transfer for medium in picture.media))]
     found = [by_transfer[name] for name in wanted] if by_transfer.keys() >= {*wanted} else []
     return [
         (program, next(view for view in program.views if view.view == program.sweep.view), _nominal(program))

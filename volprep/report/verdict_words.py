@@ -31,7 +31,7 @@ def unsound_levels(verdict: Verdict) -> str:
 
 
 def _of_levels(verdict: Verdict) -> Iterator[str]:
-    named = len({each.transfer for each in verdict.finest}) > 1
+    named = len({level.transfer for level in verdict.finest}) > 1
     for finest in verdict.finest:
         told = [_of_finest(finest)]
         told += [_of_level(level) for level in verdict.levels if level.transfer == finest.transfer]

@@ -89,7 +89,7 @@ class BlockGauge:
     def physical(self, slope: float, intercept: float) -> BlockRanges:
         """Return the ranges found so far as float32 physical values."""
         depth = blocks_along(self._slices, self._block)
-        ends = (np.concatenate(each).astype(np.float64) for each in zip(*self._layers[:depth], strict=True))
+        ends = (np.concatenate(value).astype(np.float64) for value in zip(*self._layers[:depth], strict=True))
         one, other = (values * slope + intercept for values in ends)
         # A negative slope turns the order round; rounding to float32 must not make a range narrower.
         low, high = np.minimum(one, other).astype(np.float32), np.maximum(one, other).astype(np.float32)

@@ -87,14 +87,14 @@ def grid_in_common(name: str, spec: SourceSpec, info: SourceInfo, first: FirstCh
 
 def _other_space(spec: SourceSpec, info: SourceInfo, first: FirstChannel, progress: Progress) -> str:
     """Say why two channels are not known to lie in one space; nothing if they do."""
-    unplaced = [each.format for each in (info, first.info) if each.format not in _PLACED]
+    unplaced = [described.format for described in (info, first.info) if described.format not in _PLACED]
     if unplaced:
         return f"{unplaced[0]} files do not say where voxels lie"
     if {info.format, first.info.format} != {"dicom"}:
         return ""
     from volprep_formats.readers.dicom.frame import frame_of_scan  # noqa: PLC0415 - which loads pydicom
 
-    own, other = (frame_of_scan(each, progress).uid for each in (spec, first.spec))
+    own, other = (frame_of_scan(value, progress).uid for value in (spec, first.spec))
     if own and own == other:
         return ""
     texts = [f"…{uid[-_UID_ENDING:]}" if uid else "none" for uid in (own, other)]

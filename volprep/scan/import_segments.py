@@ -94,7 +94,9 @@ def _smoothed(fitted: Fitted, grid: Grid, smoothing_mm: float) -> Fitted:
     remark = (
         f"borders are smoothed with a Gaussian of {smoothing_mm:g} mm: {changed:.2%} of the voxels have another label"
     )
-    before, after = (np.bincount(each.ravel(), minlength=len(fitted.members)) for each in (fitted.labels, labels))
+    before, after = (
+        np.bincount(labelling.ravel(), minlength=len(fitted.members)) for labelling in (fitted.labels, labels)
+    )
     gone = [label for label in np.flatnonzero((before > 0) & (after == 0)) if fitted.members[label]]
     numbers = {fitted.segments[fitted.members[label][0]].number for label in gone if len(fitted.members[label]) == 1}
     vanished = f"; segments {', '.join(map(str, sorted(numbers)))} are too thin and vanish" if numbers else ""

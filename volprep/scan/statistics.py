@@ -81,10 +81,10 @@ class Measured:
         """
 
         def dealt(own: Rays, other: Rays, axis: int) -> Rays:
-            z, y, x = (_dealt(*each, axis, number, count) for each in zip(own, other, strict=True))
+            z, y, x = (_dealt(*value, axis, number, count) for value in zip(own, other, strict=True))
             return z, y, x
 
-        z, y, x = (_joined(*each) for each in zip(self.ranges_zyx, frame.ranges_zyx, strict=True))
+        z, y, x = (_joined(*value) for value in zip(self.ranges_zyx, frame.ranges_zyx, strict=True))
         one, other = self.statistics, frame.statistics
         own, widest = self.widest or self._width, frame._width
         low, high = np.minimum(self.blocks.low, frame.blocks.low), np.maximum(self.blocks.high, frame.blocks.high)
@@ -105,7 +105,7 @@ class Measured:
 
     @property
     def _width(self) -> float:
-        low, high = (each.astype(np.float64).sum() for each in (self.blocks.low, self.blocks.high))
+        low, high = (bound.astype(np.float64).sum() for bound in (self.blocks.low, self.blocks.high))
         return float(high - low)
 
     @property
@@ -307,12 +307,12 @@ class _Sampler:
         values = self._columns.astype(np.float64, order="C")
         values *= slope
         values += intercept
-        along_y, along_x = (np.hstack(each).astype(np.float64, order="C") for each in (self._along_y, self._along_x))
+        along_y, along_x = (np.hstack(parts).astype(np.float64, order="C") for parts in (self._along_y, self._along_x))
         return values, slope * along_y + intercept, slope * along_x + intercept
 
     def pairs_zyx(self, slope: float, intercept: float) -> Rays:
         axes = ((self._pairs_z, 1), (self._pairs_y, 2), (self._pairs_x, 2))
-        z, y, x = (slope * np.concatenate(each, axis=axis).astype(np.float64) + intercept for each, axis in axes)
+        z, y, x = (slope * np.concatenate(parts, axis=axis).astype(np.float64) + intercept for parts, axis in axes)
         return z, y, x
 
     def patches(self) -> NDArray[np.generic]:

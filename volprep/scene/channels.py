@@ -62,10 +62,10 @@ def _with_labels_of_presets(scene: Scene) -> Scene:
     if not of_labels:
         return scene
     if isinstance(source.channels, tuple) and source.channels:
-        named = {each or source.channels[0].name for each in of_labels}
+        named = {label or source.channels[0].name for label in of_labels}
         channels = tuple(
-            each.model_copy(update={"labels": True}) if each.name in named and each.labels is None else each
-            for each in source.channels
+            channel.model_copy(update={"labels": True}) if channel.name in named and channel.labels is None else channel
+            for channel in source.channels
         )
         return scene.with_source(source.model_copy(update={"channels": channels}))
     return scene if source.labels is not None else scene.with_source(source.model_copy(update={"labels": True}))
@@ -80,7 +80,9 @@ def drawn_channels(scene: Scene) -> tuple[SceneChannel, ...]:
     first = scene.source.channels[0].name
     names = list(dict.fromkeys(transfer.channel or first for transfer in scene.transfer))
     return tuple(
-        SceneChannel(name, specs[name], tuple(each for each in scene.transfer if (each.channel or first) == name))
+        SceneChannel(
+            name, specs[name], tuple(transfer for transfer in scene.transfer if (transfer.channel or first) == name)
+        )
         for name in names
     )
 

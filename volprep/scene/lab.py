@@ -37,8 +37,8 @@ def misplaced(tables: Mapping[str, object]) -> Iterator[str]:
         yield "recognised: a build writes this key, and a scene file has none"
     source = _table(tables, "source")
     channels = source.get("channels")
-    for each in (source, *(channels if isinstance(channels, list) else ())):
-        if isinstance(each, dict) and "colour" in each:
+    for channel in (source, *(channels if isinstance(channels, list) else ())):
+        if isinstance(channel, dict) and "colour" in channel:
             yield "source.colour: a build writes this key, for the table [colour]"
     for name in KEYS:
         for key in sorted(KEYS[name] & _table(tables, name).keys()):

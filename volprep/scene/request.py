@@ -149,15 +149,15 @@ def _without_file(transfer: SceneTransfer, base: Path) -> SceneTransfer:
 
 def _of_looks(transfer: SceneTransfer, path: Path) -> SceneTransfer:
     """Return a transfer function with the points of a record of looks: of the one of its name, or the only one."""
-    media = [each for look in read_looks(path).looks for each in look.media]
-    by_name = {each.function.name: each.function for each in media}
+    media = [value for look in read_looks(path).looks for value in look.media]
+    by_name = {medium.function.name: medium.function for medium in media}
     function = by_name.get(transfer.name) or (next(iter(by_name.values())) if len(by_name) == 1 else None)
     if function is None:
         problem = f"it has no function {transfer.name}, but {', '.join(by_name) or 'none'}: name the transfer so"
         raise VolprepError("VP3042", path=path, problem=problem)
     points = tuple(
-        ScenePoint(value=each.value, colour=each.colour, extinction_per_mm=each.extinction_per_mm)
-        for each in function.points
+        ScenePoint(value=point.value, colour=point.colour, extinction_per_mm=point.extinction_per_mm)
+        for point in function.points
     )
     own = {"isovalue": function.isovalue, "intensities": function.intensities}
     told = {name: getattr(transfer, name) for name in own}
@@ -179,9 +179,9 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
     """
     if spec.channels and spec.channels != "all":
         # All channels of a colour come from one source.
-        if instead is not None and any(each.colour is None for each in spec.channels):
+        if instead is not None and any(channel.colour is None for channel in spec.channels):
             raise VolprepError("VP1243", path=instead)
-        return spec.model_copy(update={"channels": tuple(each.resolved(base, instead) for each in spec.channels)})
+        return spec.model_copy(update={"channels": tuple(channel.resolved(base, instead) for channel in spec.channels)})
     return spec.resolved(base, instead)
 
 

@@ -455,7 +455,7 @@ class Scene(Record):
         if not in_colour and self.render.classification == "colour":
             msg = "render.classification colour needs the table [colour]"
             raise ValueError(msg)
-        if in_colour and tuple(each.name for each in self.transfer) != PARTS:
+        if in_colour and tuple(transfer.name for transfer in self.transfer) != PARTS:
             msg = "[colour] has its own transfer functions, so the scene has no [[transfer]]"
             raise ValueError(msg)
         return self

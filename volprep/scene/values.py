@@ -68,7 +68,7 @@ class Values:
 
 def values_of(sample: Float64Array) -> Values:
     """Measure a sample of physical values."""
-    low, high = (float(each) for each in np.percentile(sample, _OUTLIERS))
+    low, high = (float(value) for value in np.percentile(sample, _OUTLIERS))
     if not low < high:
         return Values(low, high, low, high, None)
     background = _otsu(sample, low, high)
@@ -84,7 +84,7 @@ def hounsfield_offset(sample: Float64Array) -> float | None:
 
     A CT has a peak of air and one of soft tissue, 1000 apart, and, unless these are at -1000 and 0, some bone above.
     """
-    low, high = (float(each) for each in np.percentile(sample, _OUTLIERS))
+    low, high = (float(value) for value in np.percentile(sample, _OUTLIERS))
     if not 1200.0 < high - low < 9000.0:
         return None
     counts, edges = np.histogram(sample, np.arange(low - 40.0, high + 60.0, 20.0))

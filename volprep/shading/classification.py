@@ -39,11 +39,7 @@ def voxel_classification(
     """
     function = sample_classification(manifest, name, transfer, "", dialect)
     return Feature(
-        slots={
-            "classification": VOXELS,
-            "samples": function.slots["classification"],
-            "classification_start": None,
-        },
+        slots={"classification": VOXELS, "samples": function.slots["classification"], "classification_start": None},
         offers={"MEDIUM": f"classify_voxels({_THROUGH_VOXELS[backwards]})"},
         samplers=function.samplers,
     )
@@ -106,7 +102,7 @@ def _palette(manifest: Manifest, transfer: str, suffix: str, dialect: Dialect) -
 
 
 def _control_points(manifest: Manifest, transfer: str, suffix: str, _dialect: Dialect) -> Feature:
-    function = next(each for each in manifest.transfer_functions if each.name == transfer)
+    function = next(function for function in manifest.transfer_functions if function.name == transfer)
     low, high = _window(manifest, transfer)
     places = [(point.value - low) / (high - low) for point in function.points]
     media = [np.array([*point.colour, point.extinction_per_mm], np.float32) for point in function.points]
@@ -129,7 +125,7 @@ def _share(below: float, at: float) -> str:
 
 
 def _window(manifest: Manifest, transfer: str) -> tuple[float, float]:
-    channel = next(each for each in manifest.channels if transfer in each.transfers)
+    channel = next(channel for channel in manifest.channels if transfer in channel.transfers)
     if channel.quantization is None:
         msg = f"channel {channel.name} has no codes"
         raise ValueError(msg)

@@ -92,7 +92,7 @@ def part_text(part: str) -> str:
 
 def _filled(parts: str | tuple[Instance, ...], slots: Mapping[str, Slot], between: str) -> str:
     if not isinstance(parts, str):
-        return between.join(_instance(each, slots) for each in parts)
+        return between.join(_instance(part, slots) for part in parts)
 
     def fill(match: re.Match[str]) -> str:
         indent, held = match[1], slots[match[2]]
@@ -118,7 +118,7 @@ def _each(text: str, constants: Mapping[str, str]) -> str:
         word, lines = match[1], match[2]
         if word not in constants:
             return match[0]
-        return "".join(Template(lines).safe_substitute({**constants, word: each}) for each in constants[word].split())
+        return "".join(Template(lines).safe_substitute({**constants, word: value}) for value in constants[word].split())
 
     return _EACH.sub(repeat, text)
 

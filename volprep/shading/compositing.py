@@ -53,7 +53,7 @@ def compositing(
     segments = manifest.segments if manifest.segments and manifest.segments.name == program.transfer else None
     # The transfer functions of segments have one isovalue and one reference length.
     name = segments.transfers[0] if segments else program.transfer
-    function = next((each for each in manifest.transfer_functions if each.name == name), None)
+    function = next((function for function in manifest.transfer_functions if function.name == name), None)
     reference_mm = literal(1.0 if function is None else function.reference_mm)
     shown = _PLACED if segments else _SHOWN
     offers = {"REFERENCE_MM": reference_mm, "LIT_AT": _SAMPLE, "SIDE": "", **shown.get(program.compositing, {})}

@@ -44,7 +44,7 @@ def with_half_coordinates(text: str) -> str:
 
 
 def _with_rounding(before: str, after: str) -> str:
-    functions = "".join(_rounding(each) for each in sorted(_TYPES))
+    functions = "".join(_rounding(value) for value in sorted(_TYPES))
     functions += "".join(f"{kind} {_HALF}({kind} x) {{ return x; }}\n" for kind in _WHOLE)
     if _HEAD not in before:
         msg = "a fragment shader without precision highp float"

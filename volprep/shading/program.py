@@ -9,13 +9,7 @@ from dataclasses import dataclass
 
 from volprep.shading import raycast_bricks, raycast_mosaic, raycast_subvolumes, raycast_texture3d
 from volprep.shading.baked import with_baked_light
-from volprep.shading.classification import (
-    VOXELS,
-    classification,
-    lit_in_voxels,
-    splits_voxels,
-    voxel_classification,
-)
+from volprep.shading.classification import VOXELS, classification, lit_in_voxels, splits_voxels, voxel_classification
 from volprep.shading.components import component_letter
 from volprep.shading.compose import Dialect, Slot, compose, literal
 from volprep.shading.compositing import compositing
@@ -233,7 +227,9 @@ def _from_light(features: Sequence[Feature]) -> tuple[Uniform, ...]:
     """Return the uniforms of features, with the light's view in place of the viewer's."""
     views: dict[UniformSource, UniformSource] = {"box_from_clip": "box_from_light", "clip_from_box": "light_from_box"}
     uniforms = (uniform for feature in features for uniform in feature.uniforms)
-    return tuple(each.model_copy(update={"source": views.get(each.source, each.source)}) for each in uniforms)
+    return tuple(
+        uniform.model_copy(update={"source": views.get(uniform.source, uniform.source)}) for uniform in uniforms
+    )
 
 
 def _groups(package: Package, program: ProgramDesign, rays: RaySampling, walk: Walk) -> Feature | None:
@@ -261,11 +257,11 @@ def _features(
     else:
         features = [_sampling(package, program, grid, pieces), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
-    features += [each for each in (skipping, groups) if each is not None]
+    features += [value for value in (skipping, groups) if value is not None]
     lit = None
     if program.lighting != "none":
         level = min(program.levels)
-        normals = (each for each in manifest.textures if (each.role, each.level) == ("normals", level))
+        normals = (texture for texture in manifest.textures if (texture.role, texture.level) == ("normals", level))
         of_segments = manifest.segments is not None
         lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, of_segments=of_segments)
         lit = lit_in_voxels(lit) if features[1].slots["classification"] == VOXELS else lit
@@ -281,7 +277,7 @@ def _classification(package: Package, program: ProgramDesign) -> Feature:
     manifest = package.manifest
     choice = (manifest, program.classification, program.transfer, manifest.profile.dialect)
     level = min(program.levels)
-    filters = {each.filter for each in manifest.textures if (each.role, each.level) == ("volume", level)}
+    filters = {texture.filter for texture in manifest.textures if (texture.role, texture.level) == ("volume", level)}
     if "nearest" in filters and splits_voxels(program.technique, program.compositing, program.classification):
         return voxel_classification(*choice, backwards=program.compositing in BACKWARDS)
     return classification(*choice)
@@ -301,8 +297,10 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: Subv
         assert package.manifest.on_demand is not None  # noqa: S101 - a program that draws them
         return raycast_bricks.on_demand(package.manifest.on_demand, grid, gradients=program.normals_from != "volume")
     # Of several levels, which 3D textures have, all are read as the finest one.
-    level = next(each for each in package.manifest.levels if each.index == min(program.levels))
-    volumes = (each for each in package.manifest.textures if (each.role, each.level) == ("volume", level.index))
+    level = next(level for level in package.manifest.levels if level.index == min(program.levels))
+    volumes = (
+        texture for texture in package.manifest.textures if (texture.role, texture.level) == ("volume", level.index)
+    )
     volume = next(volumes)
     if volume.bricks is not None:
         return _bricks(package, volume, volume.bricks, level.grid, gradients=program.normals_from != "volume")
@@ -314,8 +312,8 @@ def _sampling(package: Package, program: ProgramDesign, grid: Grid, pieces: Subv
 
 
 def _bricks(package: Package, pool: Texture, layout: BrickLayout, grid: Grid, *, gradients: bool) -> Feature:
-    held = (each for each in package.manifest.textures if (each.role, each.level) == ("bricks", pool.level))
-    index = next(each for each in held if each.channels == pool.channels)
+    held = (texture for texture in package.manifest.textures if (texture.role, texture.level) == ("bricks", pool.level))
+    index = next(texture for texture in held if texture.channels == pool.channels)
     flat = None
     if pool.mosaic is not None and index.mosaic is not None:
         component = component_letter(pool.format, package.component_of(pool), package.manifest.profile.dialect)

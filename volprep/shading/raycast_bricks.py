@@ -43,7 +43,7 @@ def sampling(
 
 def on_demand(layout: OnDemand, grid: Grid, *, gradients: bool) -> Feature:
     """Return how level 0 is read from those bricks of all levels that a device holds; `gradients` as of `sampling`."""
-    factors = ", ".join(literal(*map(float, each[::-1])) for each in layout.factors_zyx)
+    factors = ", ".join(literal(*map(float, factor[::-1])) for factor in layout.factors_zyx)
     words = {
         "CELLS": literal(*(layout.size,) * 3),
         "LAST_BRICK": literal(*(n - 1 for n in layout.counts_zyx(0, grid.shape_zyx)[::-1])),

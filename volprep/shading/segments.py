@@ -72,7 +72,7 @@ def drawn_with_segments(
 
     So many samples make a `group`. Unlit groups read labels once, lit ones normals.
     """
-    volume = tuple(replaced(each, segments.transfers[0]) for each in sampling.samplers)
+    volume = tuple(replaced(sampler, segments.transfers[0]) for sampler in sampling.samplers)
     dialect = manifest.profile.dialect
     classify: list[Instance] = []
     samplers: list[Sampler] = []
@@ -81,7 +81,7 @@ def drawn_with_segments(
         part = own.slots["classification"]
         assert isinstance(part, tuple)  # noqa: S101 - a function of samples is an instance
         classify += part
-        samplers += [replaced(each, transfer) for each in own.samplers]
+        samplers += [replaced(sampler, transfer) for sampler in own.samplers]
     is_lit = program.lighting != "none"
     labels = _labels(manifest, segments, program) if pieces is None else _labels_of(pieces, manifest.profile.dialect)
     words = {**labels.words, "FLAG": literal(2 ** FLAG_BITS[segments.wide]), "ENTRY": _entry(len(segments.labels))}
@@ -144,11 +144,11 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, rays: RaySampli
     lit_alone = has_shadows or program.compositing in BACKWARDS
     if lit_alone if is_lit else segments.border == "crisp":
         return 1
-    functions = (each for each in manifest.transfer_functions if each.name in segments.transfers)
-    largest_per_mm = max(point.extinction_per_mm for each in functions for point in each.points)
+    functions = (function for function in manifest.transfer_functions if function.name in segments.transfers)
+    largest_per_mm = max(point.extinction_per_mm for function in functions for point in function.points)
     soft_mm = _SOFT_DEPTH / max(largest_per_mm, 1e-9)
-    levels = (each for each in manifest.levels if each.index in program.levels)
-    longest_mm = {each.index: min(0.5 * min(each.grid.spacing_mm_zyx), soft_mm) for each in levels}
+    levels = (level for level in manifest.levels if level.index in program.levels)
+    longest_mm = {level.index: min(0.5 * min(level.grid.spacing_mm_zyx), soft_mm) for level in levels}
     size = group_size(mm / rays.step_of(level) for level, mm in longest_mm.items())
     return min(size, _LIT_GROUP) if is_lit else size
 
@@ -156,7 +156,7 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, rays: RaySampli
 def values_alone(classified: Feature) -> Feature:
     """Return how a shadow map reads values without hidden voxels: no colours, and no tables of them."""
     slots: dict[str, Slot] = {**classified.slots, "classification": f"{_VALUES}:value"}
-    samplers = tuple(each for each in classified.samplers if each.role in {"labels", "looks"})
+    samplers = tuple(sampler for sampler in classified.samplers if sampler.role in {"labels", "looks"})
     return replace(classified, slots=slots, samplers=samplers)
 
 
@@ -172,7 +172,7 @@ def _labels(manifest: Manifest, segments: Segments, program: ProgramDesign) -> F
     Labels use the positions of the volume: voxels, or texture coordinates.
     """
     level, wide, in_voxels = min(program.levels), segments.wide, program.sampling != "texture3d"
-    texture = next(each for each in manifest.textures if (each.role, each.level) == ("labels", level))
+    texture = next(texture for texture in manifest.textures if (texture.role, texture.level) == ("labels", level))
     low, high = (component_letter(texture.format, component, manifest.profile.dialect) for component in (0, 1))
     if texture.mosaic is None:
         texel = "textureLod(u_labels, at, 0.0)"

@@ -39,7 +39,7 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     # Blocks of a level are not blocks of its pieces.
     if table is None or program.sampling in {"subvolumes", "on-demand"}:
         return None
-    texture = next(each for each in manifest.textures if each.name == table.texture)
+    texture = next(texture for texture in manifest.textures if texture.name == table.texture)
     in_cells = program.compositing in CELL_BY_CELL
     # Of a segment both ends are sampled, or all between them, instead of its middle.
     segments = in_cells or program.classification == "preintegrated" or program.compositing in SURFACES
@@ -122,7 +122,7 @@ def _least(names: Sequence[str]) -> str:
 def skip_table(manifest: Manifest, transfer: str, level: int) -> SkipTable | None:
     """Return the skip table of a transfer function on a level, if there is one."""
     tables = manifest.skipping.tables if manifest.skipping else ()
-    return next((each for each in tables if (each.transfer, each.level) == (transfer, level)), None)
+    return next((table for table in tables if (table.transfer, table.level) == (transfer, level)), None)
 
 
 def _table_in_texture3d(table: SkipTable) -> Feature:
@@ -156,9 +156,6 @@ def _table_in_mosaic(table: SkipTable, layout: MosaicLayout, blocks_from_box: Ve
             "skip_texels": (mosaic.texels,),
             "skip_octant": "skip/table_mosaic:octant" if table.kind == "octants" else None,
         },
-        words={
-            "BLOCKS_PER_MM": literal(*blocks_from_box),
-            "LAST_BLOCK": literal(x - 1, y - 1, z - 1),
-        },
+        words={"BLOCKS_PER_MM": literal(*blocks_from_box), "LAST_BLOCK": literal(x - 1, y - 1, z - 1)},
         samplers=mosaic.samplers,
     )

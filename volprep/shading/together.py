@@ -39,7 +39,7 @@ def drawn_together(manifest: Manifest, picture: Picture, program: ProgramDesign,
     if first.mosaic is None:
         sampling = raycast_texture3d.sampling(None, mipmaps=mipmaps)
     else:
-        spacing_mm_zyx = next(each.grid.spacing_mm_zyx for each in manifest.levels if each.index == level)
+        spacing_mm_zyx = next(held.grid.spacing_mm_zyx for held in manifest.levels if held.index == level)
         sampling = raycast_mosaic.sampling(first.mosaic, spacing_mm_zyx, None)
     samplers = _of_transfer(sampling.samplers, transfers[0])
     letters = {
@@ -70,7 +70,9 @@ def _volume(manifest: Manifest, channel: str, level: int) -> Texture:
 
 
 def _of_transfer(samplers: Iterable[Sampler], transfer: str) -> tuple[Sampler, ...]:
-    return tuple(Sampler(name=each.name, role=each.role, transfer=transfer, part=each.part) for each in samplers)
+    return tuple(
+        Sampler(name=sampler.name, role=sampler.role, transfer=transfer, part=sampler.part) for sampler in samplers
+    )
 
 
 def _added(
@@ -113,7 +115,7 @@ def _added(
 
 def _coloured(manifest: Manifest, transfers: Sequence[str]) -> Feature:
     """Take light and extinction as the texels of four channels hold them."""
-    function = next(each for each in manifest.transfer_functions if each.name == transfers[-1])
+    function = next(function for function in manifest.transfer_functions if function.name == transfers[-1])
     return Feature(
         slots={"classification": "classification/together:colour", "classification_start": None},
         words={"LARGEST_PER_MM": literal(function.points[-1].extinction_per_mm)},

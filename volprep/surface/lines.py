@@ -66,7 +66,7 @@ def lines_of(field: NDArray[np.generic], side: LineSide) -> Float64Array:
 def hits_by_opacity(values: Float32Array, side: LineSide, table: Table, spacing_mm: float) -> LineHits:
     """Return where the opacity of the lines reaches one half, and the colour that they end with."""
     samples = _between(lines_of(values, side))
-    colour, extinction = (each.reshape(*samples.shape, -1) for each in table.at(samples.reshape(-1)))
+    colour, extinction = (value.reshape(*samples.shape, -1) for value in table.at(samples.reshape(-1)))
     passed = np.cumsum(extinction[..., 0], axis=0) * spacing_mm / _SAMPLES
     depth = _first(passed, _HALF) / _SAMPLES
     left = np.exp(-np.concatenate([np.zeros((1, *passed.shape[1:])), passed]))

@@ -191,7 +191,7 @@ def error_of(
         either = np.isfinite(hits.depth) | np.isfinite(seen.depth)
         apart.append(_apart(hits, seen, side, grid))
         rays, missed = rays + int(either.sum()), missed + int((either & ~both).sum())
-        encoded = [srgb_of_linear(np.clip(each.colour[both], 0.0, 1.0)) for each in (hits, seen)]
+        encoded = [srgb_of_linear(np.clip(side.colour[both], 0.0, 1.0)) for side in (hits, seen)]
         differences.append((encoded[0] - encoded[1]).reshape(-1))
     distances, colour = np.concatenate(apart), np.concatenate(differences)
     if not distances.size:

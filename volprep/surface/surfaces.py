@@ -87,7 +87,7 @@ def _limit(grid: Grid, within_mm: float | None) -> float:
 
 def _number(package: Package, grid: Grid) -> int:
     """Return the number of the level with a grid."""
-    return next((each.index for each in package.manifest.levels if each.grid == grid), 0)
+    return next((level.index for level in package.manifest.levels if level.grid == grid), 0)
 
 
 def _of_scan(
@@ -95,9 +95,11 @@ def _of_scan(
 ) -> tuple[_Made | None, str, str, Grid]:
     """Return the surface of a transfer function, what it is in words, the name of the function and the grid."""
     manifest = package_of_transfer(Package.open(path, allow_draft=True), transfer).manifest
-    function = next(each for each in manifest.transfer_functions if transfer in {None, each.name})
-    drawn = {name for each in manifest.pictures if each.media[0].transfer == function.name for name in each.programs}
-    compositings = {each.compositing for each in manifest.programs if each.name in drawn}
+    function = next(function for function in manifest.transfer_functions if transfer in {None, function.name})
+    drawn = {
+        name for picture in manifest.pictures if picture.media[0].transfer == function.name for name in picture.programs
+    }
+    compositings = {program.compositing for program in manifest.programs if program.name in drawn}
     if compositings & _WITHOUT_SURFACE:
         raise VolprepError("VP1333", path=path, reason=f"{function.name} shows {min(compositings)} values of rays")
     channel = manifest.channels[0].name
@@ -208,7 +210,7 @@ def _of_segments(
             continue
         box = tuple(slice(max(0, int(at.min()) - _MARGIN), int(at.max()) + _MARGIN + 1) for at in np.nonzero(mask))
         part = mask[box].astype(np.float32)
-        start = [each.start for each in box]
+        start = [span.start for span in box]
         inside = _part_of(grid, start, part.shape)
         # A segment of few voxels may vanish in the filter.
         smooth = gaussian_filter(part, _SMOOTH)

@@ -19,7 +19,7 @@ _ALL = (
     VIEW_SLICES,
     PUBLISHED_VIEW_SLICES,
 )
-TECHNIQUES: dict[TechniqueName, Technique] = {each.name: each for each in _ALL}
+TECHNIQUES: dict[TechniqueName, Technique] = {entry.name: entry for entry in _ALL}
 """Every technique, by its name. Its shader part is the function of this name in volprep.shading.walks."""
 
 __all__ = ["TECHNIQUES", "Technique"]

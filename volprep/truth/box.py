@@ -27,7 +27,7 @@ def box_levels(stored: NDArray[np.generic], factors_zyx: Sequence[Factors]) -> I
     if not factors_zyx:
         return
     finest = factors_zyx[0]
-    whole = tuple(math.lcm(*(each[axis] for each in factors_zyx)) for axis in range(3))
+    whole = tuple(math.lcm(*(factor[axis] for factor in factors_zyx)) for axis in range(3))
     means = _means(stored, finest, whole)
     for factors in factors_zyx:
         shape = tuple(-(-n // f) for n, f in zip(stored.shape, factors, strict=True))

@@ -18,7 +18,7 @@ def contrast_loss(picture: FloatArray, truth: FloatArray, width_pixels: float) -
     A contrast that grows is no loss; one that turns into its opposite is more than it was.
     """
     width = max(1, round(width_pixels))
-    true, drawn = (_contrast(np.asarray(each, np.float32), width) for each in (truth, picture))
+    true, drawn = (_contrast(np.asarray(value, np.float32), width) for value in (truth, picture))
     return max(0.0, float((np.abs(true) - np.sign(true) * drawn).max()))
 
 

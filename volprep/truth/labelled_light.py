@@ -30,9 +30,9 @@ def light_of_labels(  # noqa: PLR0917 - a field, its labels, and how they look
     `stored` and `labels` are [z, y, x]; `functions` has an entry for each label, of physical values slope · stored +
     intercept.
     """
-    distinct = list({each.name: each for each in functions}.values())
-    style_of = np.array([distinct.index(each) for each in functions], np.intp)
-    tables = [Table.exact(each) for each in distinct]
+    distinct = list({function.name: function for function in functions}.values())
+    style_of = np.array([distinct.index(function) for function in functions], np.intp)
+    tables = [Table.exact(value) for value in distinct]
     light = np.zeros(len(functions))
     thickness = max(1, _SLAB_VOXELS // max(1, stored[0].size))
 

@@ -137,7 +137,7 @@ def _flip_map(
     with asleep():
         from flip_evaluator import evaluate  # noqa: PLC0415 - heavy
 
-    one, other = (over(each, background).astype(np.float32) for each in (truth, picture))
+    one, other = (over(value, background).astype(np.float32) for value in (truth, picture))
     found, _, _ = evaluate(
         one, other, "LDR", applyMagma=False, computeMeanError=False, parameters={"ppd": pixels_per_degree}
     )

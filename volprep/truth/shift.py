@@ -28,10 +28,10 @@ def shift_pixels(picture: FloatArray, truth: FloatArray) -> tuple[float, float]:
     require_same_shape(picture, truth)
     if min(truth.shape[:2]) < LEAST_SIDE:
         return 0.0, 0.0
-    drawn, true = (np.asarray(each, np.float64).mean(axis=-1) for each in (picture, truth))
+    drawn, true = (np.asarray(value, np.float64).mean(axis=-1) for value in (picture, truth))
     down, right = np.gradient(true)
     inside = (slice(1, -1), slice(1, -1))
-    same, constant, below, beside = (each[inside].ravel() for each in (true, np.ones_like(true), -down, -right))
+    same, constant, below, beside = (field[inside].ravel() for field in (true, np.ones_like(true), -down, -right))
     wanted = drawn[inside].ravel()
     _, unshifted = _fit([same, constant], wanted)
     found, shifted = _fit([same, constant, below, beside], wanted)

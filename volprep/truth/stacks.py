@@ -26,7 +26,7 @@ def facing_axis(box_from_clip: Float64Array, axes: Iterable[StackAxis]) -> tuple
     near, far = (ends[:3] / ends[3]).T
     along = np.abs(far - near) / np.linalg.norm(far - near)
     cosines = {axis: float(along["xyz".index(axis)]) for axis in sorted(axes)}
-    axis = next(each for each, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
+    axis = next(value for value, cosine in cosines.items() if cosine >= max(cosines.values()) - _TIE)
     return axis, cosines[axis]
 
 
@@ -60,7 +60,7 @@ def stack_picture(  # noqa: PLR0917 - the stack, the camera, and the one thing t
     picture = np.zeros((len(near), 4))
     # With parallel rays, and with an eye outside, all rays meet the slices in the same order.
     order = np.argsort(-centres * np.sign(along[len(along) // 2, place]))
-    column, row = (each for each in range(3) if each != place)
+    column, row = (axis for axis in range(3) if axis != place)
     for number in order:
         at = near + along * ((centres[number] - near[:, place]) / along[:, place])[:, None]
         inside = np.flatnonzero(np.all((at >= 0.0) & (at <= extent), axis=1))

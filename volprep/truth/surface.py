@@ -50,12 +50,7 @@ class Hits:
 
 
 def surface_hits(
-    volume: Volume,
-    isovalue: float,
-    box_from_clip: Float64Array,
-    shape_hw: tuple[int, int],
-    *,
-    solid: bool,
+    volume: Volume, isovalue: float, box_from_clip: Float64Array, shape_hw: tuple[int, int], *, solid: bool
 ) -> Hits:
     """Return the points where rays meet the surface. Errors as in `surface_picture`."""
     grid, normals = volume.grid, volume.normals

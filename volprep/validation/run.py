@@ -97,7 +97,7 @@ def measure_package(
         channels = {name: Subject(part, derived.scans[name], size) for name, part in channel_packages(package).items()}
         subjects = [*_together(package, channels, found), *_labelled(package, derived, size), *channels.values()]
         subject = subjects[0]
-        benches = [Bench(each, folder, clock, progress) for each in subjects]
+        benches = [Bench(subject, folder, clock, progress) for subject in subjects]
         try:
             measured = _measure(benches)
             programs = with_later_frames(measured.programs, whole, derived.later_frames, benches[0])
@@ -144,12 +144,12 @@ def _derived(package: Package, found: Judge, scratch: Path, clock: Clock, progre
         derived = derive(package, found, scratch, progress)
         derivation = _with_preview(derived.record, package)
     if not derivation.findings and (
-        found.scene.fidelity or any(each.fidelity for _, each in package.manifest.drawings)
+        found.scene.fidelity or any(drawing.fidelity for _, drawing in package.manifest.drawings)
     ):
         with clock.part("fidelity"):
             stated = fidelity_findings(package, derived.scans, wanted=found.scene.fidelity)
             derivation = derivation.with_findings(stated)
-    if {each.name for each in package.manifest.channels} != derived.scans.keys():
+    if {channel.name for channel in package.manifest.channels} != derived.scans.keys():
         raise error_of(derivation.findings, package.path)
     return replace(derived, record=derivation)
 
@@ -221,7 +221,7 @@ def _measure(benches: list[Bench]) -> MeasuredPrograms:
         for (bench, program), views in zip(programs, viewed, strict=True)
     )
     write_truth(benches[0], zip((bench for bench, _ in programs), viewed, results, strict=True))
-    statements = tuple(Statement(*each, views) for each, views in zip(programs, viewed, strict=True))
+    statements = tuple(Statement(*program, views) for program, views in zip(programs, viewed, strict=True))
     return MeasuredPrograms(results, gain, viewed[0].driver, statements)
 
 
@@ -273,8 +273,8 @@ def reread(
 ) -> SecondReading:
     """Read scan, scene and package a second time, and check that finer steps reach the truth; without VTK."""
     again = read_again(path, source, channels, measured.statements)
-    manifests = [each.bench.subject.package.manifest for each in measured.statements]
-    programs = {program.name: (each, program) for each in manifests for program in each.programs}
+    manifests = [statement.bench.subject.package.manifest for statement in measured.statements]
+    programs = {program.name: (manifest, program) for manifest in manifests for program in manifest.programs}
     unfiltered = [name for name, drawn in programs.items() if _has_unfiltered_normals(*drawn)]
     reason = "its normals are normals of voxels, and the truth has normals between them"
     again.missing += [NotWitnessed(item=f"steps of {name}", reason=reason) for name in unfiltered]
@@ -284,7 +284,7 @@ def reread(
 
 
 def _has_unfiltered_normals(manifest: Manifest, program: Program) -> bool:
-    nearest = {each.role for each in manifest.textures if each.filter == "nearest"}
+    nearest = {texture.role for texture in manifest.textures if texture.filter == "nearest"}
     reads = program.lighting != "none" and program.normals_from == "volume"
     return reads and "normals" in nearest and "volume" not in nearest
 
@@ -328,7 +328,7 @@ def _cost(clock: Clock, channels: Mapping[str, Subject]) -> Cost:
         seconds=clock.so_far(),
         threads=_native.max_threads(),
         peak_memory_bytes=_peak_memory_bytes(),
-        source_bytes=sum(each.scan.stored.nbytes for each in channels.values()),
+        source_bytes=sum(channel.scan.stored.nbytes for channel in channels.values()),
     )
 
 

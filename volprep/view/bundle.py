@@ -61,8 +61,8 @@ def _visit(address: str, modules: Mapping[str, str], found: dict[str, str], path
         msg = f"{path[-1] if path else 'some module'} imports {address}, which is not there"
         raise ValueError(msg)
     text, imported, later = _rewritten(address, modules[address])
-    for each in imported:
-        later += _visit(each, modules, found, (*path, address))
+    for value in imported:
+        later += _visit(value, modules, found, (*path, address))
     found[address] = text
     return later
 
@@ -118,8 +118,8 @@ def _rewritten(address: str, text: str) -> tuple[str, list[str], list[str]]:
 def _pairs(names: str) -> list[tuple[str, str]]:
     """Return the names of a list in braces, each with the one that it gets."""
     pairs = []
-    for each in names.split(","):
-        parts = _NAME.findall(each)
+    for name in names.split(","):
+        parts = _NAME.findall(name)
         if parts:
             pairs.append((parts[0], parts[-1]))
     return pairs

@@ -254,7 +254,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _takes_gzip(self, served: ServedFile, size: int) -> bool:
         """Return whether a file is text that is sent smaller: scripts and manifests are, textures are not."""
-        accepted = {each.strip() for each in self.headers.get("Accept-Encoding", "").split(",")}
+        accepted = {word.strip() for word in self.headers.get("Accept-Encoding", "").split(",")}
         return "gzip" in accepted and size < _MOST_GZIPPED_BYTES and not served.content_type.startswith(_BINARY)
 
     def _take(self, folder: Path | None) -> None:

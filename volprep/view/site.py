@@ -110,7 +110,7 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
 
 
 def _has_palettes(package: Package) -> bool:
-    return all(each.format == PALETTED for each in package.manifest.textures)
+    return all(texture.format == PALETTED for texture in package.manifest.textures)
 
 
 def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:

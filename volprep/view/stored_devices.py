@@ -30,7 +30,7 @@ def store_device(folder: Path, data: bytes, manifest_sha256: str) -> tuple[Path,
     path = folder / f"{gpu}-{hashlib.sha256(text).hexdigest()[:10]}{ENDING}"
     with output_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        count = sum(1 for each in folder.iterdir() if each.name.endswith(ENDING))
+        count = sum(1 for path in folder.iterdir() if path.name.endswith(ENDING))
     if count >= _MOST_FILES:
         raise VolprepError("VP7040", path=folder, count=count)
     write_file(path, text)

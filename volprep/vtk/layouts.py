@@ -100,7 +100,7 @@ def _proxy(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     shown = [mesh for mesh in meshes if mesh.file is not None]
     if not shown:
         return
-    mesh = min(shown, key=lambda each: each.level)
+    mesh = min(shown, key=lambda mesh: mesh.level)
     file = mesh.file or ""
     shapes: list[Shape] = [
         Surface(
@@ -116,10 +116,10 @@ def _proxy(package: Package) -> Iterator[tuple[str, list[Shape]]]:
 
 def _bricks(package: Package) -> Iterator[tuple[str, list[Shape]]]:
     textures = package.manifest.textures
-    pools = [each for each in textures if each.bricks is not None and each.level is not None]
+    pools = [texture for texture in textures if texture.bricks is not None and texture.level is not None]
     if not pools:
         return
-    pool = min(pools, key=lambda each: each.level or 0)
+    pool = min(pools, key=lambda pool: pool.level or 0)
     places = package.manifest.textures_of("bricks", level=pool.level)[0]
     layout = pool.bricks
     if layout is None:
@@ -166,7 +166,7 @@ def _subvolumes(package: Package) -> Iterator[tuple[str, list[Shape]]]:
 def _pieces(pieces: SubvolumeGrid) -> tuple[Float64Array, Float64Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Return first and last voxels of all pieces [n, zyx], and which have a file."""
     spans = [*product(*(pairwise(cuts) for cuts in pieces.cuts_zyx))]
-    low, high = (np.array([[span[side] for span in each] for each in spans], np.float64) for side in (0, 1))
+    low, high = (np.array([[span[side] for span in box] for box in spans], np.float64) for side in (0, 1))
     held = np.array([piece.file is not None for piece in pieces.subvolumes])
     # Pieces that are all in one file have no files of their own.
     return low, high, held if held.any() else np.ones_like(held)
@@ -189,7 +189,7 @@ def _walk(pieces: SubvolumeGrid) -> list[tuple[int, int, int]]:
 
 
 def _slices(package: Package) -> Iterator[tuple[str, list[Shape]]]:
-    layouts = {each.slices.axis: each for each in package.manifest.textures if each.slices is not None}
+    layouts = {texture.slices.axis: texture for texture in package.manifest.textures if texture.slices is not None}
     for axis, texture in sorted(layouts.items()):
         if texture.transfer is None or texture.level is None:
             continue
@@ -204,7 +204,7 @@ def _slices(package: Package) -> Iterator[tuple[str, list[Shape]]]:
 def _slice(grid: Grid, axis: StackAxis, number: int, texels: UInt8Array) -> Slice:
     """Place a slice: rows and columns are z and y for x, z and x for y, y and x for z."""
     along = AXES[axis]
-    rows, columns = (each for each in (0, 1, 2) if each != along)
+    rows, columns = (value for value in (0, 1, 2) if value != along)
     extent, spacing = grid.extent_mm_zyx, grid.spacing_mm_zyx
     corners = np.zeros((3, 3))
     corners[:, along] = (number + 0.5) * spacing[along]

@@ -65,14 +65,14 @@ def stress(
     from volprep.scene.profiles import load_profile
     from volprep.techniques import TECHNIQUES
 
-    names = [each.name for each in CASES]
+    names = [case.name for case in CASES]
     _require_known("--case", case, names)
     _require_known("--technique", technique, TECHNIQUES)
     _require_known("--precision", precision, PRECISIONS)
-    chosen = [each for each in CASES if not case or each.name in case]
+    chosen = [known for known in CASES if not case or known.name in case]
     trials = Trials(
-        techniques=tuple(each for each in TECHNIQUES if not technique or each in technique),
-        precisions=tuple(each for each in PRECISIONS if not precision or each in precision),
+        techniques=tuple(value for value in TECHNIQUES if not technique or value in technique),
+        precisions=tuple(known for known in PRECISIONS if not precision or known in precision),
         levels=levels,
         seconds=seconds,
     )
@@ -98,9 +98,9 @@ def _print(report: "StressReport", folder: Path) -> None:
         if result.refused:
             verdict = "as it must be" if result.passed else "not to be refused"
             rows.append((result.case, f"refused, {result.refused}", "", "", verdict))
-        shown = [each for each in result.drawings if each.is_first or not each.passed]
+        shown = [drawing for drawing in result.drawings if drawing.is_first or not drawing.passed]
         rows += [(result.case, *_cells(drawing, report.oracle_tolerance)) for drawing in shown]
-        if more := sum(not each.is_first and each.passed for each in result.drawings):
+        if more := sum(not drawing.is_first and drawing.passed for drawing in result.drawings):
             rows.append((result.case, f"{more} other ways", "", "in the report", "within or reported"))
     print_table(("case", "drawn by", "seen RMSE / largest", "seen RMSE by step", "verdict"), rows)
     if report.left_out:

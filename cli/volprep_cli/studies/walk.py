@@ -39,7 +39,9 @@ def walk(
     if wants_json():
         print_json(report.model_dump(mode="json", exclude_none=True))
     else:
-        print_table(("picture", "shows", "voxel", "moves", "RMSE / largest"), [_row(each) for each in report.pictures])
+        print_table(
+            ("picture", "shows", "voxel", "moves", "RMSE / largest"), [_row(picture) for picture in report.pictures]
+        )
         print_line(f"{output}: {len(report.pictures)} pictures, {report.driver}")
     if report.failed:
         end_beyond(_why_not(report))

@@ -46,8 +46,8 @@ export class ViewLoss {
     const beside = [place(matrix, x + pixel, y, -1), place(matrix, x + pixel, y, 1)];
     const ray = near.map((at, axis) => far[axis] - at);
     const length = Math.hypot(...ray);
-    const share = ray.map((each) => (each / length) ** 2);
-    const slope = ray.map((each) => (Math.abs(each) < 1e-12 ? 1e-12 : each));
+    const share = ray.map((value) => (value / length) ** 2);
+    const slope = ray.map((value) => (Math.abs(value) < 1e-12 ? 1e-12 : value));
     let enter = 0;
     let leave = 1;
     for (let axis = 0; axis < 3; axis++) {

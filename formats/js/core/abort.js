@@ -13,9 +13,9 @@ export function check(signal) {
  */
 export function either(...signals) {
   const made = new AbortController();
-  for (const each of signals) {
-    if (each?.aborted) made.abort();
-    else each?.addEventListener("abort", () => made.abort(), { signal: made.signal });
+  for (const signal of signals) {
+    if (signal?.aborted) made.abort();
+    else signal?.addEventListener("abort", () => made.abort(), { signal: made.signal });
   }
   return made;
 }

@@ -54,7 +54,7 @@ export function fidelityOf(renderer, measured) {
   const stepMm = renderer.step * step;
   const points = (measured?.programs ?? []).filter((each) => each.transfer === program).flatMap((each) => each.points);
   const nearest = near(
-    points.filter((each) => each.level === level),
+    points.filter((point) => point.level === level),
     stepMm,
   );
   const stated = drawingOf(pack.manifest, level, program)?.fidelity;
@@ -85,7 +85,7 @@ export function fidelityOf(renderer, measured) {
     kept_light: value(nearest?.kept_light),
     light,
     ...(drawn.choice.bricks && { bricks: drawn.choice.bricks.state }),
-    differs: differs.filter((each) => typeof each === "string"),
+    differs: differs.filter((differ) => typeof differ === "string"),
   };
 }
 
@@ -95,7 +95,7 @@ export function fidelityOf(renderer, measured) {
  * @returns {keyof typeof LIGHTS | null}
  */
 function bakedLight({ textures, relit }, edited) {
-  const lit = textures.find((each) => each.light);
+  const lit = textures.find((texture) => texture.light);
   if (!lit) return null;
   if (edited) return relit ? "occlusion" : "edited";
   return lit.light?.planes?.length ? "cut" : "whole";

@@ -114,7 +114,7 @@ export class Levels {
     const { picture, level, point, frame } = this.want;
     const now = this.drawn?.choice.level.index ?? Infinity;
     const coarser = this.of(picture)
-      .filter((each) => each >= level)
+      .filter((value) => value >= level)
       .reverse();
     const steps = point !== null || now < level ? [level] : coarser.slice(Math.max(coarser.indexOf(now), 0));
     if (point === null)

@@ -117,7 +117,7 @@ async function texturesFor({ device, use, signal, held }, { textures, texels }, 
     const made = device.textures.get(texture, forms[i], texels[texture.name], together.signal, use);
     coming.set(key, made);
     made.then(
-      (each) => held.push(each),
+      (value) => held.push(value),
       () => together.abort(),
     );
   });

@@ -48,7 +48,7 @@ export class Package {
     this.#source = source;
     this.#onProgress = onProgress;
     this.#closed = either(signal);
-    this.#records = new Map(manifest.files.map((each) => [each.path, each]));
+    this.#records = new Map(manifest.files.map((file) => [file.path, file]));
     /** The manifest. */
     this.manifest = manifest;
     /** Name in messages. */
@@ -58,7 +58,7 @@ export class Package {
     /** Levels, the finest first, of the first channel. */
     this.levels = manifest.channels[0]?.levels ?? [];
     /** Transfer functions of all channels, beginning with the first channel. */
-    this.transferFunctions = manifest.channels.flatMap((each) => each.transfer_functions);
+    this.transferFunctions = manifest.channels.flatMap((channel) => channel.transfer_functions);
     /** Pictures that can be drawn, the default one first, with their levels, the finest first. @type {Drawn[]} */
     this.programs = manifest.pictures.map(({ name, mixing = "one", drawings }) => ({
       name,
@@ -174,7 +174,7 @@ export class Package {
     this.#come.set(path, at);
     this.#ahead();
     const sum = (/** @type {Iterable<number>} */ all) => [...all].reduce((one, other) => one + other, 0);
-    const total = sum([...this.#come.keys()].map((each) => this.size(each)));
+    const total = sum([...this.#come.keys()].map((value) => this.size(value)));
     this.#onProgress?.({ loaded: sum(this.#come.values()), total, file: path });
   }
 

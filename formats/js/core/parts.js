@@ -36,11 +36,11 @@ export function contradictionOf({ frames, pictures, textures, skipping, segments
     mosaic?.texture_shape_yx.some((n, i) => n !== shape[i]),
   );
   if (torn) return `texture ${torn.name} has another shape than its mosaic`;
-  const names = new Set(textures.map((each) => each.name));
+  const names = new Set(textures.map((texture) => texture.name));
   const missing = [...(skipping?.tables ?? []), ...(skipping?.ranges ?? [])].find(({ texture }) => !names.has(texture));
   if (missing) return `empty-space skipping names the texture ${missing.texture}, which is not there`;
-  const segmentNames = new Set(segments?.segments.map((each) => each.name));
-  const unknown = segments?.labels.flatMap((each) => each.segments ?? []).find((name) => !segmentNames.has(name));
+  const segmentNames = new Set(segments?.segments.map((segment) => segment.name));
+  const unknown = segments?.labels.flatMap((label) => label.segments ?? []).find((name) => !segmentNames.has(name));
   return unknown === undefined ? bricksProblem(rest) : `a label is of the segment ${unknown}, which is not there`;
 }
 

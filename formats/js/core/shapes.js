@@ -56,8 +56,8 @@ export const passesOf = ({ before = [], light_pass: light }) => (light ? [...bef
 
 /** Files of programs and of their passes. @param {import("./types.js").Program[]} programs @returns {Use[]} */
 export const shadersOf = (programs) =>
-  programs.flatMap((each) =>
-    [each, ...passesOf(each)].flatMap(
+  programs.flatMap((program) =>
+    [program, ...passesOf(program)].flatMap(
       ({ vertex, fragment }) =>
         /** @type {Use[]} */ ([
           [vertex, "shader"],

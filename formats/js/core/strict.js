@@ -124,10 +124,10 @@ function firstBreach(all, breachOf) {
 function recordBreach({ grid, pictures = [], channels = [] }) {
   const grids = [
     grid ?? [],
-    ...pictures.map((/** @type {any} */ each) => each.grid ?? []),
-    ...channels.flatMap((/** @type {any} */ each) => [
-      each.source.info.grid,
-      ...(each.levels ?? []).map((/** @type {any} */ level) => level.grid),
+    ...pictures.map((/** @type {any} */ picture) => picture.grid ?? []),
+    ...channels.flatMap((/** @type {any} */ channel) => [
+      channel.source.info.grid,
+      ...(channel.levels ?? []).map((/** @type {any} */ level) => level.grid),
     ]),
   ].flat();
   for (const { direction } of grids) {
@@ -138,7 +138,7 @@ function recordBreach({ grid, pictures = [], channels = [] }) {
       }
     }
   }
-  for (const { name, points } of channels.flatMap((/** @type {any} */ each) => each.transfer_functions ?? [])) {
+  for (const { name, points } of channels.flatMap((/** @type {any} */ channel) => channel.transfer_functions ?? [])) {
     if (
       points.some(
         (/** @type {any} */ point, /** @type {number} */ i) =>
@@ -177,7 +177,8 @@ export async function decodeManifest(bytes, name) {
   if (record.state === "draft") await refuse("VP4005", {});
   const manifest = completed(record);
   if (manifest.textures.some(({ format }) => !has(INTERNAL, format))) await import("../gl/blocks.js");
-  for (const each of manifest.textures) each.gl = uploadOf(each.format, each.dimension, manifest.profile.api);
+  for (const texture of manifest.textures)
+    texture.gl = uploadOf(texture.format, texture.dimension, manifest.profile.api);
   const contradiction = contradictions(manifest, usesOf(manifest)).next().value ?? contradictionOf(manifest);
   if (contradiction) await refuse("VP4011", { problem: contradiction });
   return manifest;
@@ -198,8 +199,8 @@ export function* contradictions(manifest, more) {
   const { files, profile, channels, programs, pictures, preview } = manifest;
   // Textures of other roles are of a later version; no program reads them.
   const textures = manifest.textures.filter(({ role }) => ROLES.includes(role));
-  const functions = channels.flatMap((each) => each.transfer_functions);
-  const roles = new Map(files.map((each) => [each.path, each.role]));
+  const functions = channels.flatMap((channel) => channel.transfer_functions);
+  const roles = new Map(files.map((file) => [file.path, file.role]));
   const named = { files, textures: manifest.textures, programs, channels, functions, pictures };
   for (const [what, list] of Object.entries(named)) {
     if (new Set(list.map((/** @type {any} */ each) => each.path ?? each.name)).size < list.length)

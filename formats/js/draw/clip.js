@@ -49,7 +49,7 @@ export function clipOf({ box, planes = [], depth = false, ...others }, more, man
     [0, 1, 2, 3].map((c) => sign * (c === axis ? 1 : c === 3 ? -at : 0));
   const isBox = !box || (box.length === 2 && box.every((corner) => corner.length === 3));
   const sides = (box ?? []).flatMap((corner, i) => [0, 1, 2].map((axis) => side(axis, i ? -1 : 1, corner[axis])));
-  const own = [...sides, ...planes.map((each) => [...each])];
+  const own = [...sides, ...planes.map((plane) => [...plane])];
   const count = own.length + more;
   const isSound = isBox && own.every((each) => each.length === 4 && each.every(Number.isFinite));
   if (!isSound || count > MOST || Object.keys(others).length) {

@@ -25,8 +25,8 @@ export function halfAngleLayers(extent, boxFromClip, light, boxFromLight, step) 
     ),
   );
   const diagonal = Math.hypot(...extent);
-  const axes = [right, cross(across, right), across].map((each) => times(each, diagonal / 2));
-  const boxFromSlices = [...axes.flatMap((each) => [...each, 0]), ...times(extent, 0.5), 1];
+  const axes = [right, cross(across, right), across].map((value) => times(value, diagonal / 2));
+  const boxFromSlices = [...axes.flatMap((axis) => [...axis, 0]), ...times(extent, 0.5), 1];
   const count = Math.max(1, Math.ceil(diagonal / (step * Math.abs(dot(ahead, across))) - 1e-9));
   const [seen, lit] = [boxFromClip, boxFromLight].map((from) =>
     byLayer(cornersOf("view-slices", boxFromSlices, axes, count, from, true), count),

@@ -17,7 +17,7 @@ const SQUARE = [
 ];
 
 /** @param {Vector} a @param {number} by */
-export const times = (a, by) => a.map((each) => each * by);
+export const times = (a, by) => a.map((value) => value * by);
 
 /** @param {Vector} m column by column @param {Vector} at four numbers */
 const product = (m, at) =>
@@ -43,20 +43,20 @@ export function axesOf(boxFromClip) {
  */
 export function layers(geometry, extent, boxFromClip, step, frontToBack) {
   const { across, up, ahead } = axesOf(boxFromClip);
-  let axes = [across, up, ahead].map((each) => times(each, Math.hypot(...extent) / 2));
+  let axes = [across, up, ahead].map((value) => times(value, Math.hypot(...extent) / 2));
   if (geometry === "axis-slices") {
     // Of the stacks along the axes of the volume that one whose slices face the viewer most.
     const facing = [0, 1, 2].reduce((best, axis) => (Math.abs(ahead[axis]) > Math.abs(ahead[best]) ? axis : best), 0);
     axes = [1, 2, 0].map((next) => {
       const axis = (facing + next) % 3;
-      return [0, 1, 2].map((each) => (each === axis ? extent[axis] / 2 : 0));
+      return [0, 1, 2].map((value) => (value === axis ? extent[axis] / 2 : 0));
     });
     axes[2] = times(axes[2], Math.sign(ahead[facing]));
   }
   const depth = 2 * Math.hypot(...axes[2]);
   const cosine = (Math.abs(dot(ahead, axes[2])) * 2) / depth;
   const count = Math.max(1, Math.ceil(depth / (step * cosine) - 1e-9));
-  const boxFromSlices = [...axes.flatMap((each) => [...each, 0]), ...times(extent, 0.5), 1];
+  const boxFromSlices = [...axes.flatMap((axis) => [...axis, 0]), ...times(extent, 0.5), 1];
   return { boxFromSlices, count, corners: cornersOf(geometry, boxFromSlices, axes, count, boxFromClip, frontToBack) };
 }
 

@@ -18,8 +18,8 @@ const isPlace = (light) => Array.isArray(light);
 /** Throws unless the package has such a light. @param {import("../core/package.js").Package} pack @param {Light} light */
 export function checkLight({ manifest }, light) {
   const refuse = (/** @type {string} */ problem) => new VolpkgError("VP7063", { problem });
-  const lit = manifest.programs.filter((each) => each.light);
-  const turns = manifest.textures.some((each) => each.light?.model.turnable);
+  const lit = manifest.programs.filter((program) => program.light);
+  const turns = manifest.textures.some((texture) => texture.light?.model.turnable);
   if (!lit.length && !turns) throw refuse("no program of the package is lit by a light that can be changed");
   if (light === null) return;
   if (!isPlace(light)) {
@@ -30,7 +30,7 @@ export function checkLight({ manifest }, light) {
   if (!lit.length) throw refuse("no program of the package is lit by a light with a place");
   if (!(light.length === 3 && light.every(Number.isFinite)))
     throw refuse(`${JSON.stringify(light)} is no place of three numbers`);
-  if (lit.some((each) => isSeenFrom(each) && !placeOf(manifest.grid, each, light).light_from_box))
+  if (lit.some((value) => isSeenFrom(value) && !placeOf(manifest.grid, value, light).light_from_box))
     throw refuse(`${JSON.stringify(light)} is in the volume, but shadows need a view of it from the light`);
 }
 
@@ -43,7 +43,7 @@ export function checkLight({ manifest }, light) {
 export function lightOf(grid, { picture, program, textures }, { light, edits }) {
   const [place, around] = isPlace(light) ? [light, null] : [null, light];
   const values = program.light ? placeOf(grid, program, place) : {};
-  const model = textures.find((each) => each.light?.model.turnable)?.light?.model;
+  const model = textures.find((texture) => texture.light?.model.turnable)?.light?.model;
   if (!model) return values;
   // After an edit the texels hold a light of 1 from all sides.
   const environment = environmentOf(model, around, edits.has(picture));

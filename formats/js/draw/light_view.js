@@ -19,7 +19,7 @@ export function lightFromBox(light, extent) {
   const nearest = light.map((at, axis) => Math.min(Math.max(at, 0), extent[axis]));
   const distance = Math.hypot(...minus(nearest, light));
   if (!(distance > 1e-6 * Math.hypot(...extent))) return null;
-  const ahead = minus(nearest, light).map((each) => each / distance);
+  const ahead = minus(nearest, light).map((value) => value / distance);
   const least = [0, 1, 2].reduce((best, axis) => (Math.abs(ahead[axis]) < Math.abs(ahead[best]) ? axis : best), 0);
   const right = unit(
     cross(
@@ -40,9 +40,9 @@ export function lightFromBox(light, extent) {
     ),
   );
   const [x, y] = [0, 1]
-    .map((axis) => corners.map((each) => each[axis] / each[2]))
+    .map((axis) => corners.map((corner) => corner[axis] / corner[2]))
     .map((all) => ({ low: Math.min(...all), high: Math.max(...all) }));
-  const [near, far] = [distance / WIDER, Math.max(...corners.map((each) => each[2])) * WIDER];
+  const [near, far] = [distance / WIDER, Math.max(...corners.map((corner) => corner[2])) * WIDER];
   const [wide, high] = [x, y].map((each) => 2 / ((each.high - each.low) * WIDER));
   const projection = [
     [wide, 0, 0, 0],

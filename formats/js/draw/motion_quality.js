@@ -79,7 +79,7 @@ export class Pace {
     const full = ms / cost(quality);
     // Slower counts at once, faster slowly: a single fast picture is no reason to stutter.
     this.#full = full > this.#full ? full : this.#full * 0.8 + full * 0.2;
-    const found = RUNGS.findIndex((each) => this.#full * cost(each) <= this.#budget);
+    const found = RUNGS.findIndex((rung) => this.#full * cost(rung) <= this.#budget);
     this.#rung = found < 0 ? RUNGS.length - 1 : found;
   }
 

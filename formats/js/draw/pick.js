@@ -136,7 +136,7 @@ export class Picker {
     let [low, high] = part;
     for (let round = 0; round < ROUNDS; round++) {
       const size = (high - low) / ENDS;
-      const reached = this.#opacities(at(part[0]), at, low, size).findIndex((each) => each >= opacity);
+      const reached = this.#opacities(at(part[0]), at, low, size).findIndex((value) => value >= opacity);
       if (reached < 0 && !round) return null;
       // Shorter rays have other samples: at the end of a round the last of it may lack what the round before had.
       const n = reached < 0 ? ENDS - 1 : reached;
@@ -234,7 +234,7 @@ export class Picker {
 function rayMatrix(from, to, width) {
   const half = from.map((each, i) => (to[i] - each) / 2);
   const away = unit(half);
-  const side = unit(cross(away, Math.abs(away[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0])).map((each) => (each * width) / 2);
+  const side = unit(cross(away, Math.abs(away[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0])).map((value) => (value * width) / 2);
   const above = cross(side, away);
   const middle = from.map((each, i) => each + half[i]);
   return [...side, 0, ...above, 0, ...half, 0, ...middle, 1];

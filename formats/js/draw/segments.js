@@ -28,7 +28,7 @@ export class Segments {
   constructor(manifest, path) {
     if (!manifest.segments) throw new VolpkgError("VP4014", { path, file: "segments" });
     this.#record = manifest.segments;
-    this.#now = new Map(this.#record.segments.map((each) => [each.name, each]));
+    this.#now = new Map(this.#record.segments.map((segment) => [segment.name, segment]));
   }
 
   /** Segments as they look now, in the order of the package. */
@@ -38,7 +38,7 @@ export class Segments {
 
   /** @param {string} name @param {Look | null} look null restores the package's look */
   set(name, look) {
-    const before = look ? this.#now.get(name) : this.#record.segments.find((each) => each.name === name);
+    const before = look ? this.#now.get(name) : this.#record.segments.find((segment) => segment.name === name);
     const { visible = true, tint = [1, 1, 1], opacity = 1, ...others } = look ?? {};
     const isTint = tint?.length === 3 && Array.from(tint).every(share);
     const isSound = typeof visible === "boolean" && isTint && share(opacity) && !Object.keys(others).length;
@@ -65,7 +65,7 @@ export class Segments {
       const tint = [0, 1, 2].map((c) => (shown.length ? mean(c) : 1));
       const opacity = segments.length ? inside : (this.#record.outside ?? 1);
       codes.set(
-        [...tint, opacity].map((each) => code(Math.sqrt(each))),
+        [...tint, opacity].map((value) => code(Math.sqrt(value))),
         4 * label,
       );
     });
@@ -83,8 +83,10 @@ export class Segments {
     const looks = this.codes(table);
     const texels = Object.assign(Object.create(null), choice.texels, { [table.name]: new Uint8Array(looks.buffer) });
     const skip = textures.find(({ role }) => role === "skip");
-    const sets = pack.manifest.textures.find((each) => each.role === "label-sets" && each.level === level.index);
-    const record = pack.manifest.skipping?.tables?.find((each) => each.texture === skip?.name);
+    const sets = pack.manifest.textures.find(
+      (texture) => texture.role === "label-sets" && texture.level === level.index,
+    );
+    const record = pack.manifest.skipping?.tables?.find((table) => table.texture === skip?.name);
     if (skip && sets && record) {
       const shown = this.#record.labels.map((_, label) => Number(looks[4 * label + 3] > 0));
       const key = `${skip.name} ${shown.join("")}`;

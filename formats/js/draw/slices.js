@@ -112,8 +112,8 @@ function placed(grid, [[x, signX], [y, signY], across], at, size) {
   const box = invert(world);
   const [ez, ey, ex] = grid.extent_mm_zyx;
   const corners = Array.from({ length: 8 }, (_, i) => moved(world, [i & 1 ? ex : 0, i & 2 ? ey : 0, i & 4 ? ez : 0]));
-  const low = [0, 1, 2].map((axis) => Math.min(...corners.map((each) => each[axis])));
-  const high = [0, 1, 2].map((axis) => Math.max(...corners.map((each) => each[axis])));
+  const low = [0, 1, 2].map((axis) => Math.min(...corners.map((corner) => corner[axis])));
+  const high = [0, 1, 2].map((axis) => Math.max(...corners.map((corner) => corner[axis])));
   const pixel_mm = Math.max(high[x] - low[x], high[y] - low[y]) / size;
   const [width, height] = [x, y].map((axis) => Math.max(1, Math.round((high[axis] - low[axis]) / pixel_mm)));
   const position_mm = low[across] + at * (high[across] - low[across]);
@@ -155,7 +155,7 @@ export function grey({ values }, { level, width }) {
 export function outline(pixels, { labels, width, height }, renderer) {
   const record = renderer.package.manifest.segments;
   if (!labels || !record) return pixels;
-  const visible = renderer.segments.filter((each) => each.visible ?? true);
+  const visible = renderer.segments.filter((segment) => segment.visible ?? true);
   const shown = record.labels.map(({ segments = [] }) => visible.find(({ name }) => segments.includes(name)));
   labels.forEach((label, i) => {
     const here = shown[label];
@@ -164,7 +164,7 @@ export function outline(pixels, { labels, width, height }, renderer) {
     const beside = [x > 0 && i - 1, x < width - 1 && i + 1, y > 0 && i - width, y < height - 1 && i + width];
     if (beside.every((at) => at === false || shown[labels[at]] === here)) return;
     const tint = here.tint ?? [1, 1, 1];
-    pixels.set([...tint.map((each) => 255 * encodedOf(each)), 255], 4 * i);
+    pixels.set([...tint.map((value) => 255 * encodedOf(value)), 255], 4 * i);
   });
   return pixels;
 }

@@ -158,7 +158,7 @@ export class Technique {
     this.#gl = gl;
     this.#program = program;
     /** @type {Target[]} */
-    this.#targets = passes.map((each) => ({ ...each, texture: null, frame: null }));
+    this.#targets = passes.map((pass) => ({ ...pass, texture: null, frame: null }));
     /** Intermediate target for blending in 8 bits, if needed. @type {Target | null} */
     this.#clamped =
       program.technique === CLAMPED
@@ -395,7 +395,7 @@ export class Technique {
 /** With the sign for which w is positive in front of the eye. @param {number[]} boxFromClip */
 function clipFromBox(boxFromClip) {
   const sign = boxFromClip[15] < 0 ? -1 : 1;
-  return invert(boxFromClip).map((each) => sign * each);
+  return invert(boxFromClip).map((value) => sign * value);
 }
 
 /**
@@ -406,7 +406,7 @@ export function faces(m, extent, front) {
   // Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
   let eye = [-m[8], -m[9], -m[10], -m[11]];
   if (Math.abs(eye[3]) * Math.max(...extent) > 1e-9 * Math.hypot(eye[0], eye[1], eye[2]))
-    eye = eye.map((each) => each / eye[3]);
+    eye = eye.map((value) => value / eye[3]);
   else {
     const ends = [-1, 1].map((depth) =>
       [0, 1, 2].map((row) => (depth * m[8 + row] + m[12 + row]) / (depth * m[11] + m[15])),
@@ -422,7 +422,7 @@ export function faces(m, extent, front) {
       if (Math.abs(outside) <= EDGE * size || outside > 0 !== front) continue;
       for (const square of SQUARE) {
         const others = [...square];
-        corners.push(...[0, 1, 2].map((each) => (each === axis ? side : /** @type {number} */ (others.shift()))));
+        corners.push(...[0, 1, 2].map((value) => (value === axis ? side : /** @type {number} */ (others.shift()))));
       }
     }
   }

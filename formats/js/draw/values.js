@@ -113,8 +113,8 @@ export function segmentsOf({ inside }) {
 export function windowOf(renderer, of) {
   const { inside } = renderer;
   const transfer = of ?? segmentsOf(renderer)?.transfers[0] ?? inside?.drawn.choice.picture;
-  const channel = inside?.pack.manifest.channels.find((each) =>
-    each.transfer_functions.some(({ name }) => name === transfer),
+  const channel = inside?.pack.manifest.channels.find((channel) =>
+    channel.transfer_functions.some(({ name }) => name === transfer),
   );
   return channel?.quantization.window ?? [0, 1];
 }

@@ -49,12 +49,12 @@ export function checkEdit(pack, edit, name) {
   const { pictures, programs } = pack.manifest;
   const shown = pictures.filter(({ media }) => media.some(({ transfer }) => transfer === name));
   const drawn = shown.flatMap(({ drawings }) => drawings.map(({ program }) => program));
-  const fixed = programs.some((each) => drawn.includes(each.name) && FIXED.includes(each.compositing ?? ""));
+  const fixed = programs.some((program) => drawn.includes(program.name) && FIXED.includes(program.compositing ?? ""));
   const ratio = fixed ? (reference_mm ?? length) / length : 1;
   return {
     name,
     reference_mm: length,
-    points: points.map((each) => ({ ...each, extinction_per_mm: each.extinction_per_mm * ratio })),
+    points: points.map((point) => ({ ...point, extinction_per_mm: point.extinction_per_mm * ratio })),
   };
 }
 
@@ -65,7 +65,7 @@ export function checkEdit(pack, edit, name) {
  */
 function fadedBy({ manifest }, opacity, transfer, before) {
   const own = manifest.pictures.filter(({ grid, media }) => grid && media.length > 1);
-  const isShown = own.some(({ media }) => media.some((each) => each.transfer === transfer));
+  const isShown = own.some(({ media }) => media.some((medium) => medium.transfer === transfer));
   if (!before || !isShown || !(opacity >= 0 && Number.isFinite(opacity)))
     throw new VolpkgError("VP7084", { transfer, opacity });
   return { ...before, opacity };
@@ -87,7 +87,7 @@ export function windowed(points, { level, width }) {
   if (!(last > first && width > 0 && Number.isFinite(level)))
     throw new VolpkgError("VP7020", { problem: `a window of ${width} around ${level} does not fit them` });
   const moved = (/** @type {number} */ value) => level + width * ((value - first) / (last - first) - 0.5);
-  return { points: points.map((each) => ({ ...each, value: moved(each.value) })) };
+  return { points: points.map((point) => ({ ...point, value: moved(point.value) })) };
 }
 
 /** @param {any} point @param {any} before */
@@ -95,7 +95,7 @@ function problemOf(point, before) {
   const numbers = [point?.value, ...(point?.colour ?? [NaN]), point?.extinction_per_mm];
   if (numbers.length !== 5 || !numbers.every(Number.isFinite))
     return `${JSON.stringify(point)} is no value, colour of three and extinction_per_mm`;
-  if (point.extinction_per_mm < 0 || point.colour.some((/** @type {number} */ each) => each < 0 || each > 1))
+  if (point.extinction_per_mm < 0 || point.colour.some((/** @type {number} */ value) => value < 0 || value > 1))
     return `${JSON.stringify(point)} has numbers out of range`;
   return before && before.value > point.value ? `${point.value} comes after ${before.value}` : "";
 }
@@ -112,8 +112,8 @@ export async function edited(pack, choice, edits, signal) {
   const seen = [];
   for (const texture of textures.filter(({ role }) => role === "transfer")) {
     const { transfer = picture } = texture;
-    const channel = pack.manifest.channels.find((each) =>
-      each.transfer_functions.some(({ name }) => name === transfer),
+    const channel = pack.manifest.channels.find((channel) =>
+      channel.transfer_functions.some(({ name }) => name === transfer),
     );
     const edit = edits.get(transfer)?.opacity === undefined ? edits.get(transfer) : undefined;
     if (!channel) throw new VolpkgError("VP5023", { path: pack.name });
@@ -150,7 +150,9 @@ function noLight({ shape_zyx, gl, light }) {
 async function tableTexels(pack, texture, channel, level, edit, signal) {
   const { editing, pictures, grid } = pack.manifest;
   let table = lookup(edit, channel.quantization.window, texture.shape_zyx[2]);
-  const histogram = editing?.histograms?.find((each) => each.level === level && each.channel === channel.name);
+  const histogram = editing?.histograms?.find(
+    (histogram) => histogram.level === level && histogram.channel === channel.name,
+  );
   if (histogram)
     table = ofLevel(shares(await fileOf(pack, histogram.file, signal), histogram.file), table, histogram.reference_mm);
   const half = texture.max_extinction_per_mm === undefined;
@@ -184,7 +186,7 @@ export function sampled({ points }, window, entries) {
     const value = valueOf(window, entries, j);
     // The upper neighbour, as the limits from below and from above see it.
     const sides = [(/** @type {number} */ at) => at >= value, (/** @type {number} */ at) => at > value].map((is) => {
-      const found = points.findIndex((each) => is(each.value));
+      const found = points.findIndex((point) => is(point.value));
       return between(points, channels, value, found < 0 ? points.length : found);
     });
     for (let c = 0; c < 4; c++) table[4 * j + c] = (sides[0][c] + sides[1][c]) / 2;
@@ -323,13 +325,15 @@ export function visible(found, compositing, [low, high], isovalue) {
  */
 async function skipTexels(pack, texture, seen, signal) {
   const { skipping, grid, textures } = pack.manifest;
-  const record = skipping?.tables?.find((each) => each.texture === texture.name);
+  const record = skipping?.tables?.find((table) => table.texture === texture.name);
   if (!record) throw new VolpkgError("VP5023", { path: pack.name });
   const [z, y, x] = record.blocks_zyx;
   const occupied = new Uint8Array(z * y * x);
   const threshold = -Math.log1p(-(skipping?.epsilon ?? 0) / seen.length) / Math.hypot(...grid.extent_mm_zyx);
   for (const [channel, extinction] of seen) {
-    const found = (skipping?.ranges ?? []).filter((each) => each.level === record.level && each.block === record.block);
+    const found = (skipping?.ranges ?? []).filter(
+      (range) => range.level === record.level && range.block === record.block,
+    );
     const ranges = found
       .map((each) => textures.find(({ name }) => name === each.texture))
       .find((each) => !each?.channels?.length || each.channels.includes(channel.name));

@@ -158,7 +158,7 @@ function lightAt(nodes, { light, extinction, shape, cellMm, extent }) {
   const now = [...shape];
   for (const axis of [0, 1, 2]) {
     const count = nodes[2 - axis];
-    [weights, sums] = [weights, sums].map((each) => gathered(each, now, axis, count, steps[axis]));
+    [weights, sums] = [weights, sums].map((value) => gathered(value, now, axis, count, steps[axis]));
     now[axis] = count;
   }
   return sums.map((each, i) => each / weights[i]);

@@ -55,7 +55,7 @@ export function skipEntries(occupied, shape, kind, texture) {
 
 /** @param {Uint8Array} occupied @param {Shape} shape @param {string} kind */
 export function table(occupied, shape, kind) {
-  if (kind === "blocks") return occupied.map((each) => 1 - each);
+  if (kind === "blocks") return occupied.map((value) => 1 - value);
   if (kind === "pyramid") return pyramid(occupied, shape);
   if (kind === "euclidean") return spheres(occupied, shape);
   if (kind === "octants") {
@@ -64,7 +64,7 @@ export function table(occupied, shape, kind) {
     return all;
   }
   const distance = chebyshev(occupied, shape);
-  return kind === "table16" ? distance.map((each) => Number(each > 1)) : distance;
+  return kind === "table16" ? distance.map((value) => Number(value > 1)) : distance;
 }
 
 /** @param {Shape} shape @param {(i: number, z: number, y: number, x: number) => void} visit */
@@ -75,7 +75,7 @@ function each([depth, height, width], visit) {
 
 /** Chessboard distance to the nearest occupied block; empty outside. @param {Uint8Array} occupied @param {Shape} shape */
 function chebyshev(occupied, shape) {
-  const found = occupied.map((each) => (each ? 0 : LARGEST));
+  const found = occupied.map((value) => (value ? 0 : LARGEST));
   for (const octant of [0, 7]) sweep(found, shape, octant, 13, (i, least) => Math.min(found[i], least + 1));
   return found;
 }

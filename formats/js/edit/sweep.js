@@ -6,7 +6,7 @@
  */
 const WEIGHTS = [0, 1 / 21, 4 / 105, 9 / 280];
 const OFFSETS = [-1, 0, 1].flatMap((z) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((x) => [x, y, z])));
-const DIRECTIONS = OFFSETS.filter((each) => each.some(Boolean));
+const DIRECTIONS = OFFSETS.filter((offset) => offset.some(Boolean));
 
 /**
  * Sweeps one direction after the other; the light is complete after the last.

@@ -99,7 +99,7 @@ export class Tools {
   remove() {
     this.#end.abort();
     if (this.#ruler) this.#then.say("");
-    for (const each of this.#parts) each.remove();
+    for (const part of this.#parts) part.remove();
   }
 }
 

@@ -63,7 +63,7 @@ function checked(text) {
   if (found?.format !== FORMAT || found.version !== VERSION) fail(`its format is not ${FORMAT}, version ${VERSION}`);
   if (!Array.isArray(found.points) || found.points.length > MOST) fail(`it has no list of at most ${MOST} points`);
   const names = (/** @type {unknown} */ list) =>
-    Array.isArray(list) && list.every((each) => typeof each === "string") ? list : null;
+    Array.isArray(list) && list.every((value) => typeof value === "string") ? list : null;
   return found.points.map((/** @type {any} */ point, /** @type {number} */ i) => {
     const { position_mm: place, uncertainty_mm, level, value, segments } = point ?? {};
     const isPlace = Array.isArray(place) && place.length === 3 && place.every(Number.isFinite);

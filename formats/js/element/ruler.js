@@ -15,7 +15,7 @@ const short = (value) => Number(value.toPrecision(4)).toString();
 /** A hit as one line of text. @param {Point} hit @param {{name: string, title?: string}[]} all segments of the package */
 export function words({ value, segments, position_mm: at, voxel, uncertainty_mm: half }, all) {
   const place = at.map((each) => each.toFixed(1)).join(", ");
-  const cell = voxel.map((each) => Math.round(each)).join(", ");
+  const cell = voxel.map((value) => Math.round(value)).join(", ");
   const titles = segments?.map((name) => all.find((each) => each.name === name)?.title ?? name) ?? [];
   const named = titles.length ? `${titles.join(" and ")}: ` : "";
   return `${named}${value === null ? "" : `value ${short(value)}, `}${place} mm, voxel ${cell}, depth ± ${short(half)} mm`;
@@ -102,8 +102,8 @@ export class Ruler {
     if (!last) return;
     const clipFromBox = invert(last.boxFromClip);
     const { clientWidth: width, clientHeight: height } = this.#canvas;
-    const at = this.#stage.points.map((each) => {
-      const [x, y] = moved(clipFromBox, each.box_mm);
+    const at = this.#stage.points.map((point) => {
+      const [x, y] = moved(clipFromBox, point.box_mm);
       return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
     });
     const made = at.flatMap(([cx, cy], i) => {

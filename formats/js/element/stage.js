@@ -133,7 +133,7 @@ export class Stage {
     const { clientWidth, clientHeight } = this.#canvas;
     if (!clientWidth || !clientHeight) return;
     const ratio = Math.min(window.devicePixelRatio || 1, MOST_PIXELS / Math.max(clientWidth, clientHeight));
-    const [width, height] = [clientWidth, clientHeight].map((each) => Math.max(1, Math.round(each * ratio)));
+    const [width, height] = [clientWidth, clientHeight].map((value) => Math.max(1, Math.round(value * ratio)));
     if (this.#canvas.width !== width || this.#canvas.height !== height) Object.assign(this.#canvas, { width, height });
     const view = { boxFromClip: fitting(this.orbit, width / height, this.renderer.grid), width, height };
     const { moving, slow } = this.renderer;

@@ -41,7 +41,7 @@ export function checkFits(gl, { manifest }, choice, limit = manifest.profile.max
   const units = gl.getParameter(gl.MAX_TEXTURE_IMAGE_UNITS);
   const count = program.samplers.length + passesOf(program).length;
   if (count > units) throw new VolpkgError("VP7012", { name: program.name, count, limit: units });
-  for (const { name, gl: how, shape_zyx: shape } of textures.flatMap((each) => sharing(manifest, each))) {
+  for (const { name, gl: how, shape_zyx: shape } of textures.flatMap((texture) => sharing(manifest, texture))) {
     const most = gl.getParameter(how.target === "TEXTURE_3D" ? 0x8073 : gl.MAX_TEXTURE_SIZE) ?? 0;
     const axis = shape.findIndex((size) => size > most);
     if (axis >= 0)

@@ -79,7 +79,7 @@ function interpolated(texels, width, finer, internal) {
       }
     }
   }
-  return internal === "RGBA16F" ? Uint16Array.from(values, (each) => toHalf(Math.min(each, 65504))) : values;
+  return internal === "RGBA16F" ? Uint16Array.from(values, (value) => toHalf(Math.min(value, 65504))) : values;
 }
 
 /** Of each texel along an axis: the two of the table beside it, and how far it is from the first. @param {number} n @param {number} finer */

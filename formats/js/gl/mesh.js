@@ -25,8 +25,8 @@ const UNITS = 4;
 export async function loadMesh(wanted, { drawing, level, textures }, notes, checkNamed) {
   const { gl, pack, device, decodeDraco, use, signal } = wanted;
   const { proxy, programs, grid } = pack.manifest;
-  const record = proxy?.meshes?.find((each) => each.name === drawing?.at_mesh?.mesh);
-  const program = programs.find((each) => each.name === drawing?.at_mesh?.program);
+  const record = proxy?.meshes?.find((mesh) => mesh.name === drawing?.at_mesh?.mesh);
+  const program = programs.find((program) => program.name === drawing?.at_mesh?.program);
   if (!record || !program) return null;
   if (record.draco && !decodeDraco) {
     notes.push(new VolpkgError("VP7064", { file: record.file }).message);
@@ -145,7 +145,7 @@ export class Mesh {
    */
   front(boxFromClip) {
     const sign = boxFromClip[15] < 0 ? -1 : 1;
-    const clipFromBox = invert(boxFromClip).map((each) => sign * each);
+    const clipFromBox = invert(boxFromClip).map((value) => sign * value);
     const [x, y, z] = this.#ends;
     for (let corner = 0; corner < 8; corner++) {
       const at = [x[corner & 1], y[(corner >> 1) & 1], z[corner >> 2], 1];
@@ -176,7 +176,7 @@ export async function partsOf(data, name, triangles, decodeDraco) {
   };
   const view = new DataView(data.buffer, data.byteOffset, data.length);
   const words = (/** @type {number[]} */ ...at) =>
-    at.map((each) => (each + 4 <= data.length ? view.getUint32(each, true) : -1));
+    at.map((value) => (value + 4 <= data.length ? view.getUint32(value, true) : -1));
   const [magic, version, length, size, kind] = words(0, 4, 8, 12, 16);
   if (
     magic !== 0x46546c67 ||
@@ -200,7 +200,7 @@ export async function partsOf(data, name, triangles, decodeDraco) {
   /** @param {number} view @returns {[from: number, bytes: number]} */
   const viewOf = (view) => {
     const { byteOffset: at = 0, byteLength } = gltf?.bufferViews?.[view] ?? {};
-    if (![at, byteLength].every((each) => Number.isSafeInteger(each) && each >= 0) || at + byteLength > binarySize)
+    if (![at, byteLength].every((value) => Number.isSafeInteger(value) && value >= 0) || at + byteLength > binarySize)
       refuse(`buffer view ${view} reaches beyond the file`);
     return [data.byteOffset + start + at, byteLength];
   };
@@ -210,7 +210,7 @@ export async function partsOf(data, name, triangles, decodeDraco) {
     if (
       componentType !== type ||
       found !== shape ||
-      ![count, byteOffset].every((each) => Number.isSafeInteger(each) && each >= 0)
+      ![count, byteOffset].every((value) => Number.isSafeInteger(value) && value >= 0)
     )
       refuse(`accessor ${index} is not of the kind that packages have`);
     const [from, byteLength] = viewOf(bufferView);

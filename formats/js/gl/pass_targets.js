@@ -133,7 +133,7 @@ function shown(gl, device, format, { value, times, at, from, scale }) {
   gl.uniform3f(programs[1].locations.u_how, at, from, scale);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-  for (const each of [drawn, picture]) if (each) freeTarget(gl, each);
+  for (const value of [drawn, picture]) if (value) freeTarget(gl, value);
   for (const { handle } of programs) gl.deleteProgram(handle);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   device.unbind();

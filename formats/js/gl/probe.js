@@ -69,7 +69,7 @@ export class Probes {
 
   /** Draws what has not been drawn yet. @param {Want[]} wants */
   test(wants) {
-    const fresh = [...new Map(wants.map((each) => [keyOf(each), each]))].filter(([key]) => !this.found.has(key));
+    const fresh = [...new Map(wants.map((value) => [keyOf(value), value]))].filter(([key]) => !this.found.has(key));
     if (!fresh.length) return;
     const start = performance.now();
     const pixels = this.#draw(fresh.map(([, want]) => want));
@@ -87,7 +87,7 @@ export class Probes {
   }
 
   dispose() {
-    for (const each of this.#programs) if (each) this.#gl.deleteProgram(each.handle);
+    for (const program of this.#programs) if (program) this.#gl.deleteProgram(program.handle);
   }
 
   /** @param {Want[]} wants @returns {Uint8Array} a pixel for each */
@@ -130,7 +130,7 @@ export class Probes {
     gl.readPixels(0, 0, wants.length, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
     forgetErrors(gl);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    for (const each of made) gl.deleteTexture(each);
+    for (const value of made) gl.deleteTexture(value);
     gl.deleteFramebuffer(frame);
     gl.deleteBuffer(corners);
     return pixels;

@@ -13,8 +13,8 @@ const ATTRIBUTES = ["a_ndc", "a_position", "a_corner", "a_slice"];
 
 /** Turns off everything that changes or leaves out pixels. @param {Gl} gl */
 export function drawAll(gl) {
-  for (const each of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
-    gl.disable(each);
+  for (const value of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
+    gl.disable(value);
   gl.colorMask(true, true, true, true);
 }
 
@@ -61,7 +61,7 @@ function begin(gl, vertex, fragment) {
     gl.compileShader(shader);
     gl.attachShader(handle, shader);
   }
-  for (const each of ATTRIBUTES) gl.bindAttribLocation(handle, 0, each);
+  for (const attribute of ATTRIBUTES) gl.bindAttribLocation(handle, 0, attribute);
   gl.linkProgram(handle);
   return /** @type {WebGLProgram} */ (handle);
 }
@@ -70,11 +70,11 @@ function begin(gl, vertex, fragment) {
 function end(gl, handle, name, paths) {
   const shaders = gl.getAttachedShaders(handle) ?? [];
   const linked = gl.getProgramParameter(handle, gl.LINK_STATUS);
-  const logs = shaders.map((each) =>
-    gl.getShaderParameter(each, gl.COMPILE_STATUS) ? "" : ` ${gl.getShaderInfoLog(each)}`,
+  const logs = shaders.map((shader) =>
+    gl.getShaderParameter(shader, gl.COMPILE_STATUS) ? "" : ` ${gl.getShaderInfoLog(shader)}`,
   );
   const log = ` ${gl.getProgramInfoLog(handle)}`;
-  for (const each of shaders) gl.deleteShader(each);
+  for (const shader of shaders) gl.deleteShader(shader);
   if (!linked) {
     gl.deleteProgram(handle);
     if (gl.isContextLost()) throw new VolpkgError("VP7018", { problem: "the context is lost" });

@@ -275,14 +275,14 @@ class Target {
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
     if (isWebGl2(gl)) {
       gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
-      for (const each of [
+      for (const value of [
         gl.UNPACK_ROW_LENGTH,
         gl.UNPACK_IMAGE_HEIGHT,
         gl.UNPACK_SKIP_PIXELS,
         gl.UNPACK_SKIP_ROWS,
         gl.UNPACK_SKIP_IMAGES,
       ])
-        gl.pixelStorei(each, 0);
+        gl.pixelStorei(value, 0);
     }
   }
 

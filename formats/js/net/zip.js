@@ -154,8 +154,8 @@ async function directory(name, bytes, signal) {
     refuse(name, "it is one of several parts of a zip");
   if (end >= LOCATOR && view.getUint32(end - LOCATOR, true) === 0x07064b50) {
     const far = end - LOCATOR - END64;
-    const words = [0, 8, 16, 24, 32, 40, 48].map((each) =>
-      far < 0 ? -1 : Number(view.getBigUint64(far + each, true)),
+    const words = [0, 8, 16, 24, 32, 40, 48].map((value) =>
+      far < 0 ? -1 : Number(view.getBigUint64(far + value, true)),
     );
     const isPlaced =
       far >= 0 && view.getUint32(far, true) === 0x06064b50 && Number(view.getBigUint64(far + 4, true)) === END64 - 12;
@@ -186,7 +186,7 @@ function entriesOf(name, text, count, stop) {
   for (let i = 0; i < count; i++) {
     if (at + ENTRY > text.length || view.getUint32(at, true) !== 0x02014b50)
       refuse(name, `place ${i} of its directory has no entry`);
-    const [nameSize, extraSize, commentSize] = [28, 30, 32].map((each) => view.getUint16(at + each, true));
+    const [nameSize, extraSize, commentSize] = [28, 30, 32].map((value) => view.getUint16(at + value, true));
     const next = at + ENTRY + nameSize + extraSize + commentSize;
     if (next > text.length) refuse(name, `entry ${i} of its directory is cut off`);
     const path = String.fromCharCode(...text.subarray(at + ENTRY, at + ENTRY + nameSize));
@@ -225,7 +225,7 @@ function entriesOf(name, text, count, stop) {
  *   the directory, header @param {number} extra @param {number} extraSize
  */
 function large(name, path, view, places, extra, extraSize) {
-  const values = places.map((each) => view.getUint32(each, true));
+  const values = places.map((place) => view.getUint32(place, true));
   const end = extra + extraSize;
   let [from, to] = [0, 0];
   let field = extra;
@@ -237,10 +237,10 @@ function large(name, path, view, places, extra, extraSize) {
   }
   if (field !== end) refuse(name, `${path} has damaged extra fields`);
   // The field has the size first, then the packed size, then the place; each only if it is needed.
-  for (const each of [1, 0, 2]) {
-    if (values[each] !== 0xffffffff) continue;
+  for (const value of [1, 0, 2]) {
+    if (values[value] !== 0xffffffff) continue;
     if (!from || from + 8 > to) refuse(name, `${path} has damaged extra fields`);
-    values[each] = Number(view.getBigUint64(from, true));
+    values[value] = Number(view.getBigUint64(from, true));
     from += 8;
   }
   return values;

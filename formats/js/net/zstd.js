@@ -264,7 +264,7 @@ function packedWeights(bytes, start, end) {
       weights.push(symbols[states[turn ^ 1]]);
       must(weights.length < 256, "there are too many weights");
       must(
-        weights.every((each) => each <= 11),
+        weights.every((weight) => weight <= 11),
         "a weight is too large",
       );
       return weights;

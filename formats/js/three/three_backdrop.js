@@ -126,7 +126,7 @@ class Backdrop {
 
 /** @param {THREE.WebGLRenderer} three */
 function made(three) {
-  const wide = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"].some((each) => three.extensions.has(each));
+  const wide = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"].some((value) => three.extensions.has(value));
   const depthTexture = new THREE.DepthTexture(1, 1, THREE.FloatType);
   const type = wide ? THREE.HalfFloatType : THREE.UnsignedByteType;
   return new THREE.WebGLRenderTarget(1, 1, {
@@ -141,7 +141,7 @@ function made(three) {
 function materials(scene) {
   /** @type {Set<THREE.Material>} */
   const found = new Set();
-  scene.traverseVisible((each) => materialsOf(each).forEach((one) => found.add(one)));
+  scene.traverseVisible((value) => materialsOf(value).forEach((one) => found.add(one)));
   return [...found];
 }
 

@@ -37,5 +37,5 @@ function behind(canvas) {
     through *= 1 - a;
   }
   // The page itself is white.
-  return { colour: colour.map((each) => each + through), note };
+  return { colour: colour.map((value) => value + through), note };
 }

@@ -27,7 +27,7 @@ def built_in(name: str) -> LabelTable:
     rows = [line.split(" ", 2) for line in text.splitlines() if not line.startswith("#")]
     entries = [LabelEntry(int(number), label, f"#{colour}") for number, colour, label in rows]
     if name == "freesurfer":
-        entries += [each for series in _SERIES for each in _derived(entries, *series)]
+        entries += [label for series in _SERIES for label in _derived(entries, *series)]
     return LabelTable(name, tuple(sorted(entries, key=lambda entry: entry.number)))
 
 

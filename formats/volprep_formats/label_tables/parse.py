@@ -38,7 +38,7 @@ def parse_table(text: str) -> list[LabelEntry]:
 
 
 def _entry(number: str, name: str, rgb: tuple[int, int, int] | None = None, opacity: float = 1.0) -> LabelEntry:
-    colour = made_colour(int(number)) if rgb is None else "#" + "".join(f"{min(each, 255):02x}" for each in rgb)
+    colour = made_colour(int(number)) if rgb is None else "#" + "".join(f"{min(channel, 255):02x}" for channel in rgb)
     return LabelEntry(int(number), name.strip().strip('"')[:_LONGEST_NAME], colour, min(opacity, 1.0))
 
 
@@ -89,10 +89,10 @@ def _row_colour(row: dict[str, str], columns: dict[str, str]) -> tuple[int, int,
     if hexadecimal:
         red, green, blue = bytes.fromhex(hexadecimal[1])
         return red, green, blue
-    parts = [(row.get(columns.get(f"color_{each}", "")) or "").strip() for each in "rgb"]
-    if not all(each.isdecimal() for each in parts):
+    parts = [(row.get(columns.get(f"color_{letter}", "")) or "").strip() for letter in "rgb"]
+    if not all(part.isdecimal() for part in parts):
         return None
-    red, green, blue = (int(each) for each in parts)
+    red, green, blue = (int(part) for part in parts)
     return red, green, blue
 
 
@@ -123,7 +123,7 @@ def _from_lines(text: str) -> list[LabelEntry]:
     lines = list(_entries_of(text))
     for pattern, entry_of in _LINES:
         matches = [pattern.match(line) for line in lines]
-        found = [entry_of(each) for each in matches if each]
+        found = [entry_of(match) for match in matches if match]
         if len(found) >= max(2, _MATCHING * len(lines)):
             return found
     return []

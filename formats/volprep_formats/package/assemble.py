@@ -20,26 +20,28 @@ def assembled(
     """
     made = [contribution for stage in stages for contribution in stage.made]
     parts = {name: _gathered(made, name) for name in PartRecords.model_fields}
-    composed = [each for one in made for each in one.programs]
-    fidelity = [each for one in made for each in one.fidelity]
-    parts["textures"] = tuple(sorted((each for one in made for each in one.textures), key=lambda each: each.name))
+    composed = [program for one in made for program in one.programs]
+    fidelity = [fidelity for one in made for fidelity in one.fidelity]
+    parts["textures"] = tuple(
+        sorted((texture for one in made for texture in one.textures), key=lambda texture: texture.name)
+    )
     manifest = Manifest(
         **{name: getattr(heading, name) for name in Heading.model_fields},
         **parts,
-        programs=tuple(each.program for each in composed),
+        programs=tuple(program.program for program in composed),
         state=state,
-        channels=_channels([each.channel for each in made if each.channel is not None]),
+        channels=_channels([contribution.channel for contribution in made if contribution.channel is not None]),
         stages=tuple(stages) if state == "draft" else (),
         files=tuple(sorted(files, key=lambda record: record.path)),
     )
     previews = {(one.channel.name, level) for one in made if one.channel is not None for level in one.previews}
-    frames = [each for one in made for each in one.later_frames]
+    frames = [frame for one in made for frame in one.later_frames]
     return manifest.model_copy(update={"pictures": with_drawings(manifest, composed, fidelity, previews, frames)})
 
 
 def _gathered(made: Sequence[Contribution], name: str) -> object:
     """Return one field of all contributions: lists one after the other, records joined, of all else the first."""
-    values = [getattr(each, name) for each in made]
+    values = [getattr(contribution, name) for contribution in made]
     if isinstance(PartRecords.model_fields[name].default, tuple):
         return tuple(entry for value in values for entry in value)
     found = [value for value in values if value is not None]
@@ -57,8 +59,8 @@ def joined(parts: Iterable[_Part | None]) -> _Part | None:
     fields: dict[str, object] = {}
     for name, field in type(found[0]).model_fields.items():
         values = [getattr(part, name) for part in found]
-        if isinstance(values[0], tuple) and all(isinstance(each, Record) for value in values for each in value):
-            fields[name] = tuple(each for value in values for each in value)
+        if isinstance(values[0], tuple) and all(isinstance(record, Record) for value in values for record in value):
+            fields[name] = tuple(record for value in values for record in value)
         else:
             fields[name] = next((value for value in values if value != field.default), values[0])
     return type(found[0])(**fields)

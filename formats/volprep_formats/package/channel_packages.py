@@ -15,7 +15,9 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     The name of a picture of several media gives the package with the grid of this picture.
     """
     manifest = package.manifest
-    named = [picture.name for picture in manifest.pictures] + [each.name for each in manifest.transfer_functions]
+    named = [picture.name for picture in manifest.pictures] + [
+        function.name for function in manifest.transfer_functions
+    ]
     name = named[0] if transfer is None and named else transfer
     for channel in package.manifest.channels:
         if name in channel.transfers:

@@ -14,12 +14,16 @@ def channel_views(manifest: Manifest) -> dict[str, Manifest]:
 
 def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
     """Return the manifest of one channel."""
-    own = tuple(each for each in manifest.pictures if each.mixing == "one" and each.media[0].channel == channel.name)
+    own = tuple(
+        picture for picture in manifest.pictures if picture.mixing == "one" and picture.media[0].channel == channel.name
+    )
     grid = manifest.grid_of(channel.name)
     shared = [picture for picture in manifest.pictures if picture not in own]
     others = {name for other in manifest.channels if other.name != channel.name for name in other.transfers}
     others |= {picture.name for picture in shared}
-    programs = {name for picture in shared for name in picture.programs}.difference(*(each.programs for each in own))
+    programs = {name for picture in shared for name in picture.programs}.difference(
+        *(picture.programs for picture in own)
+    )
     textures = tuple(
         texture
         for texture in manifest.textures
@@ -37,7 +41,9 @@ def channel_view(manifest: Manifest, channel: Channel) -> Manifest:
         proxy = Proxy(epsilon=proxy.epsilon, meshes=meshes)
     editing = manifest.editing
     if editing is not None:
-        editing = Editing(histograms=tuple(each for each in editing.histograms if each.channel == channel.name))
+        editing = Editing(
+            histograms=tuple(histogram for histogram in editing.histograms if histogram.channel == channel.name)
+        )
     return manifest.model_copy(
         update={
             "channels": (channel,),

@@ -59,7 +59,7 @@ def data_of_others(package: Package) -> tuple[str, ...]:
     """Return a warning for each JSON file of a package that has passed `check` and has `extras` or `extensions`."""
     with open_contents(package.path, MANIFEST) as contents:
         files = {MANIFEST: contents.read()}
-    files |= {each.path: package.read_bytes(each.path) for each in package.manifest.files_of("grid")}
+    files |= {file.path: package.read_bytes(file.path) for file in package.manifest.files_of("grid")}
     found = {name: [*places_of_others(parse_json(data))] for name, data in files.items()}
     return tuple(
         f"{name} holds data of others, which nothing here has checked and which may name a patient: "
@@ -120,7 +120,7 @@ def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
 
 
 def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:
-    level = next((each for each in package.manifest.levels if each.index == record.level), None)
+    level = next((level for level in package.manifest.levels if level.index == record.level), None)
     mesh = read_glb(data, f"{package.path}: {record.file}")
     for problem in mesh_problems(record, mesh, level.grid.shape_zyx) if level else ():
         raise VolprepError("VP4011", path=package.path, problem=f"{record.file} {problem}")
@@ -136,7 +136,7 @@ def _check_grid(package: Package, name: str, data: bytes, *, strict: bool) -> No
     if level is None or level.shape_zyx != grid.shape_zyx:
         raise VolprepError("VP4011", path=package.path, problem=f"{name} is not cut from the grid of level 0")
     for number, piece in enumerate(grid.subvolumes):
-        record = next((each for each in package.manifest.files if each.path == piece.file), None)
+        record = next((listed for listed in package.manifest.files if listed.path == piece.file), None)
         if record is not None:
             start = package.read_part(record.path, 0, ktx2.MOST_HEAD_BYTES)
             head = ktx2.decode_head(start, record.size_bytes, f"{package.path}: {record.path}")

@@ -87,7 +87,7 @@ class Table:
         apart = replace(self, values=np.where(is_jump, np.nextafter(self.values, np.inf), self.values))
         knots = np.union1d(values, apart.values[(apart.values > values[0]) & (apart.values < values[-1])])
         own = np.column_stack(apart.at(knots))
-        found = own + np.column_stack([np.interp(knots, at[order], each) for each in changes.T])
+        found = own + np.column_stack([np.interp(knots, at[order], value) for value in changes.T])
         return replace(
             self,
             values=np.where(np.isin(knots, above), np.nextafter(knots, -np.inf), knots),

@@ -63,8 +63,8 @@ class IntegralTable:
         """Colour [..., 3] and mean extinction [...] of segments between physical values."""
         last = len(self.sums) - 1
         low, high = self.ends
-        places = [(each - low) / (high - low) * last for each in (front, back)]
-        entries = [np.clip(np.floor(each), 0, last - 1).astype(np.intp) for each in places]
+        places = [(value - low) / (high - low) * last for value in (front, back)]
+        entries = [np.clip(np.floor(place), 0, last - 1).astype(np.intp) for place in places]
         shares = [place - entry for place, entry in zip(places, entries, strict=True)]
         slopes = [self.sums[entry + 1] - self.sums[entry] for entry in entries]
         width = places[1] - places[0]

@@ -26,7 +26,9 @@ def level_texels(package: Package, level: int, role: Literal["volume", "normals"
     `Package.read_bytes` and the texture reader raise.
     """
     held = package.manifest.textures_of(role, level=level)
-    textures = sorted((each for each in held if each.channels == held[0].channels), key=lambda texture: texture.part)
+    textures = sorted(
+        (texture for texture in held if texture.channels == held[0].channels), key=lambda texture: texture.part
+    )
     mosaic = textures[0].mosaic
     if [texture.part for texture in textures] != list(range(1 if mosaic is None else mosaic.textures)):
         problem = f"the {role} of level {level} is in {len(textures)} textures, which are not each part of it once"
@@ -74,7 +76,7 @@ def stored_texels(package: Package, level: int) -> StoredTexels | None:
     Raises what `level_texels` raises.
     """
     texture = next(iter(package.manifest.textures_of("volume", level=level)), None)
-    record = next((each for each in package.manifest.files if texture and each.path == texture.file), None)
+    record = next((file for file in package.manifest.files if texture and file.path == texture.file), None)
     if texture is None or record is None:
         # The code that reads the whole level reports the error.
         return None
@@ -102,7 +104,7 @@ def _from_bricks(
 ) -> NDArray[np.generic]:
     """Return the voxels of a level stored as bricks."""
     held = package.manifest.textures_of("bricks", level=pool.level)
-    places = next((each for each in held if each.channels == pool.channels), None)
+    places = next((texture for texture in held if texture.channels == pool.channels), None)
     problem: str | None = f"no texture says where the bricks of {pool.file} are"
     if places is not None:
         file = ktx2.decode(package.read_bytes(places.file), places.file)

@@ -71,23 +71,23 @@ def looks_of(manifest: Manifest) -> VolumeLooks:
 def of_channels(looks: VolumeLooks, channels: Collection[str]) -> VolumeLooks:
     """Return the looks that show no other channels."""
     return looks.model_copy(
-        update={"looks": tuple(each for each in looks.looks if {one.channel for one in each.media} <= {*channels})}
+        update={"looks": tuple(look for look in looks.looks if {one.channel for one in look.media} <= {*channels})}
     )
 
 
 def _look(manifest: Manifest, picture: Picture) -> VolumeLook:
-    names = [each.program for each in picture.drawings]
-    program = next((each for each in manifest.programs if each.name in names), None)
+    names = [drawing.program for drawing in picture.drawings]
+    program = next((program for program in manifest.programs if program.name in names), None)
     shown = {medium.transfer for medium in picture.media}
-    lights = [each.light.model for each in manifest.textures if each.light and each.transfer in shown]
+    lights = [texture.light.model for texture in manifest.textures if texture.light and texture.transfer in shown]
     return VolumeLook(
         name=picture.name,
         media=tuple(
-            LookMedium(channel=each.channel, function=manifest.function(each.transfer)) for each in picture.media
+            LookMedium(channel=medium.channel, function=manifest.function(medium.transfer)) for medium in picture.media
         ),
         mixing=picture.mixing,
         computed_light=lights[0] if program is not None and program.baked else None,
-        step_mm=next((each.step_mm for each in picture.drawings), None),
+        step_mm=next((drawing.step_mm for drawing in picture.drawings), None),
         tolerance=Tolerance() if manifest.render is None else manifest.render.tolerance,
         **_traits(program),
     )

@@ -183,7 +183,11 @@ class PartRecords(Record):
 
     def lights(self, *, cut: bool = False) -> dict[str | None, Texture]:
         """Return the textures of light that is computed once, by transfer function: of the whole volume, or cut."""
-        return {each.transfer: each for each in self.textures if each.light is not None and each.is_of_a_cut == cut}
+        return {
+            texture.transfer: texture
+            for texture in self.textures
+            if texture.light is not None and texture.is_of_a_cut == cut
+        }
 
     @property
     def palette_of(self) -> dict[str, Palette]:
@@ -304,19 +308,19 @@ class Manifest(Heading, PartRecords):
 
     def grid_of(self, channel: str) -> Grid | None:
         """Return the grid of level 0 of a channel: that of its own pictures, or the one of the package."""
-        own = (each for each in self.pictures if each.mixing == "one" and each.media[0].channel == channel)
-        return next((each.grid for each in own if each.grid is not None), self.grid)
+        own = (picture for picture in self.pictures if picture.mixing == "one" and picture.media[0].channel == channel)
+        return next((picture.grid for picture in own if picture.grid is not None), self.grid)
 
     @property
     def box(self) -> Grid:
         """Grid whose box the default picture is drawn in: its own, or that of the finest level."""
-        own = next((each.grid for each in self.pictures), None)
+        own = next((picture.grid for picture in self.pictures), None)
         return own or self.levels[0].grid
 
     def at_frame(self, frame: int) -> "Manifest":
         """Return the manifest with the drawings of one frame, and without the textures of others alone."""
         shown = [
-            (picture, tuple(each for each in picture.drawings if (each.frame or 0) == frame))
+            (picture, tuple(drawing for drawing in picture.drawings if (drawing.frame or 0) == frame))
             for picture in self.pictures
         ]
         drawn = {name for _, drawings in shown for drawing in drawings for name in drawing.textures}
@@ -336,7 +340,7 @@ class Manifest(Heading, PartRecords):
     @property
     def level_programs(self) -> tuple[PictureProgram, ...]:
         """Programs that draw levels of each picture with rays through the whole box."""
-        named = [(picture, dict.fromkeys(each.program for each in picture.drawings)) for picture in self.pictures]
+        named = [(picture, dict.fromkeys(drawing.program for drawing in picture.drawings)) for picture in self.pictures]
         return tuple(self.picture_program(name, picture) for picture, names in named for name in names if name)
 
     def picture_program(self, name: str, picture: Picture) -> PictureProgram:
@@ -366,11 +370,13 @@ class Manifest(Heading, PartRecords):
 
     def rays(self, program: Program) -> RaySampling:
         """Return where the rays of a program take samples, in drawings of the picture that it draws."""
-        picture = next(each for each in self.pictures if program.name in each.programs)
+        picture = next(picture for picture in self.pictures if program.name in picture.programs)
         for beside in (picture.pieces, picture.on_demand):
             if beside is not None and program.name == beside.program:
                 return RaySampling(step_mm=beside.step_mm, opacity_cutoff=program.opacity_cutoff)
-        steps = [LevelStep(level=each.level, step_mm=each.step_mm) for each in picture.drawings if each.step_mm]
+        steps = [
+            LevelStep(level=drawing.level, step_mm=drawing.step_mm) for drawing in picture.drawings if drawing.step_mm
+        ]
         return RaySampling(step_mm=steps[0].step_mm, level_steps=steps[1:], opacity_cutoff=program.opacity_cutoff)
 
     @property

@@ -212,4 +212,4 @@ class Picture(Record):
     def programs(self) -> frozenset[str]:
         """Names of the programs that draw it."""
         named = {name for drawing in self.drawings for name in drawing.programs}
-        return frozenset(named | {each.program for each in (self.pieces, self.on_demand) if each is not None})
+        return frozenset(named | {part.program for part in (self.pieces, self.on_demand) if part is not None})

@@ -10,7 +10,7 @@ from volprep_formats.package.program import Program
 
 def picture_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of pictures that have drawings, one sentence each."""
-    for picture in (each for each in manifest.pictures if each.drawings):
+    for picture in (picture for picture in manifest.pictures if picture.drawings):
         yield from (f"picture {picture.name} {problem}" for problem in _picture(manifest, picture))
 
 

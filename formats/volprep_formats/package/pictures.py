@@ -42,7 +42,7 @@ def with_drawings(
     pictures = []
     for picture in manifest.pictures:
         drawings = tuple(made.drawings(picture))
-        later = (frame.drawing(number, each) for number, frame in enumerate(later_frames, 1) for each in drawings)
+        later = (frame.drawing(number, drawing) for number, frame in enumerate(later_frames, 1) for drawing in drawings)
         found = {
             "drawings": (*drawings, *later),
             "pieces": made.pieces(picture.name),
@@ -62,22 +62,22 @@ class _Made:
     previews: Collection[tuple[str, int]]
 
     def _programs(self, name: str) -> list[ComposedProgram]:
-        return [each for each in self.composed if each.picture == name]
+        return [program for program in self.composed if program.picture == name]
 
     def drawings(self, picture: Picture) -> Iterator[Drawing]:
         """Yield the drawings of a picture, the finest level first. Of several programs for a level the first counts."""
         name = picture.name
         by_level = {
-            level: each
-            for each in reversed(self._programs(name))
-            for level in each.levels
-            if each.program.rays == "box" and each.program.sampling not in {"subvolumes", "on-demand"}
+            level: made
+            for made in reversed(self._programs(name))
+            for level in made.levels
+            if made.program.rays == "box" and made.program.sampling not in {"subvolumes", "on-demand"}
         }
         for level, composed in sorted(by_level.items()):
             textures = sampled_textures(self.manifest, composed, level)
             if len(textures) == len(composed.inputs):
                 yield self._drawing(picture, level, textures, composed)
-        slices = [each for each in self.manifest.textures if (each.role, each.transfer) == ("slices", name)]
+        slices = [texture for texture in self.manifest.textures if (texture.role, texture.transfer) == ("slices", name)]
         for level in sorted({texture.level or 0 for texture in slices}):
             names = tuple(texture.name for texture in slices if (texture.level or 0) == level)
             yield self._drawing(picture, level, names, None)
@@ -90,7 +90,9 @@ class _Made:
         meshes = self.manifest.proxy.meshes if self.manifest.proxy is not None else ()
         own = [mesh for mesh in meshes if (mesh.transfer, mesh.level) == (name, level)]
         at_mesh = (
-            each.program.name for each in self._programs(name) if each.program.rays == "mesh" and level in each.levels
+            program.program.name
+            for program in self._programs(name)
+            if program.program.rays == "mesh" and level in program.levels
         )
         return Drawing(
             level=level,
@@ -98,11 +100,16 @@ class _Made:
             textures=names,
             values=tuple(self._values(picture, level, textures)) if composed is not None else (),
             step_mm=composed.rays.step_of(level) if composed is not None else None,
-            at_mesh=next((AtMesh(program=each, mesh=mesh.name) for mesh in own for each in at_mesh), None),
+            at_mesh=next((AtMesh(program=name, mesh=mesh.name) for mesh in own for name in at_mesh), None),
             preview_only=any((medium.channel, level) in self.previews for medium in picture.media) or None,
             cost=cost_of_textures(self.manifest, textures, own),
             fidelity=next(
-                (each.as_record for each in self.fidelity if (each.transfer, each.level) == (name, level)), None
+                (
+                    fidelity.as_record
+                    for fidelity in self.fidelity
+                    if (fidelity.transfer, fidelity.level) == (name, level)
+                ),
+                None,
             ),
         )
 

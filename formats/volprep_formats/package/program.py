@@ -318,7 +318,7 @@ class Program(ProgramTraits):
         return (
             self.vertex,
             self.fragment,
-            *(path for each in self.passes for path in (each.vertex, each.fragment)),
+            *(path for pass_ in self.passes for path in (pass_.vertex, pass_.fragment)),
             *sorting,
         )
 
@@ -349,7 +349,7 @@ class RaySampling(Record):
 
     def step_of(self, level: int) -> float:
         """Return the nominal distance of the samples along a ray, in millimetres, where a level is drawn."""
-        return next((each.step_mm for each in self.level_steps if each.level == level), self.step_mm)
+        return next((step.step_mm for step in self.level_steps if step.level == level), self.step_mm)
 
 
 class ComposedProgram(Record):

@@ -94,7 +94,7 @@ def _mosaic(texture: Texture, mosaic: MosaicLayout) -> Iterator[str]:
 
 
 def _levels(manifest: Manifest) -> Iterator[str]:
-    for channel, level in ((each, level) for each in manifest.channels for level in each.levels):
+    for channel, level in ((owner, level) for owner in manifest.channels for level in owner.levels):
         grid = manifest.grid_of(channel.name) or channel.source.info.grid
         expected = tuple(-(-n // factor) for n, factor in zip(grid.shape_zyx, level.factors_zyx, strict=True))
         if level.grid.shape_zyx != expected:

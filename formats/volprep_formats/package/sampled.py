@@ -22,7 +22,7 @@ def _sampled(manifest: Manifest, sampler: Sampler, picture: str, level: int) -> 
         return [sampler.role]
     transfer = sampler.transfer or picture
     # Of several channels each has its own.
-    channel = next((each.name for each in manifest.channels if transfer in each.transfers), None)
+    channel = next((channel.name for channel in manifest.channels if transfer in channel.transfers), None)
     found = [texture for texture in manifest.textures if _serves(texture, sampler, transfer, channel, level)]
     # A level's own table replaces the common one.
     own = [texture for texture in found if texture.level == level] or found

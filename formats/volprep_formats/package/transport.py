@@ -49,7 +49,7 @@ def _converted(data: bytes, record: FileRecord, manifest: Manifest, texels: Texe
 
 def _convertible(manifest: Manifest) -> set[str]:
     """Return the KTX 2 files that readers read completely. Boxes are cut by seeking only in the whole-level file."""
-    textures = {each.file for each in manifest.textures if each.format != PALETTED}
+    textures = {texture.file for texture in manifest.textures if texture.format != PALETTED}
     pieces, whole = (manifest.subvolumes.pieces, manifest.subvolumes.whole) if manifest.subvolumes else ((), None)
     return (textures | set(pieces)) - {whole}
 

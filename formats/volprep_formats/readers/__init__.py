@@ -319,6 +319,6 @@ def _reader(spec: SourceSpec, path: Path) -> Reader:
             raise VolprepError("VP1289", path=path, what=SafeText(other.what), how=SafeText(other.how))
     if found is None:
         problem = SafeText("no reader knows this format" if head or path.is_dir() else "the file is empty")
-        known = SafeText(", ".join(sorted(each.name for each in READERS)))
+        known = SafeText(", ".join(sorted(reader.name for reader in READERS)))
         raise VolprepError("VP1002", path=path, problem=problem, known=known)
     return found

@@ -11,16 +11,16 @@ _HEADERS = (".hdr", ".HDR")
 
 def header_beside(path: Path) -> Path:
     """Return the header of a file of voxels, or `path` itself if it is another file or has no header beside it."""
-    ending = next((each for each in _VOXELS if path.name.endswith(each)), None)
+    ending = next((voxel for voxel in _VOXELS if path.name.endswith(voxel)), None)
     if ending is None:
         return path
     stem = path.name.removesuffix(ending)
-    return next((path.with_name(stem + each) for each in _HEADERS if path.with_name(stem + each).is_file()), path)
+    return next((path.with_name(stem + header) for header in _HEADERS if path.with_name(stem + header).is_file()), path)
 
 
 def voxels_beside(header: Path) -> Path:
     """Return the file of the voxels of a header. Raises VP1006 if it is missing or not a file of the same folder."""
-    there = [each for each in _VOXELS if header.with_suffix(each).is_file()]
+    there = [voxel for voxel in _VOXELS if header.with_suffix(voxel).is_file()]
     if not there:
         raise VolprepError("VP1006", path=header, name=header.with_suffix(".img").name, problem=SafeText("is missing"))
     return data_file(header, header.with_suffix(there[0]).name)

@@ -222,7 +222,7 @@ def _spacing_remarks(header: np.void, sform: Matrix) -> list[str]:
     used = np.linalg.norm(sform[:3, :3], axis=0)
     if not said.all() or np.allclose(said, used, rtol=_SAME_SPACING):
         return []
-    sizes = [" × ".join(f"{length:.4g}" for length in each) for each in (said, used)]
+    sizes = [" × ".join(f"{length:.4g}" for length in value) for value in (said, used)]
     return [f"pixdim says voxels of {sizes[0]}, and the sform of {sizes[1]}; the sform is used"]
 
 

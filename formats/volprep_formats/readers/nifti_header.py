@@ -5,7 +5,7 @@ nifti1.h and nifti2.h (https://nifti.nimh.nih.gov/pub/dist/src/niftilib), "quate
 matrix".
 """
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -60,8 +60,9 @@ def parsed(head: bytes) -> np.void:
     if len(head) < size:
         msg = f"its header has {len(head)} of {size} bytes"
         raise ValueError(msg)
-    for order in "<>":
-        formats, offsets = zip(*(each[2 * version - 2 : 2 * version] for each in _FIELDS.values()), strict=True)
+    orders: tuple[Literal["<"], Literal[">"]] = ("<", ">")
+    for order in orders:
+        formats, offsets = zip(*(field[2 * version - 2 : 2 * version] for field in _FIELDS.values()), strict=True)
         dtype = np.dtype({"names": [*_FIELDS], "formats": formats, "offsets": offsets, "itemsize": size})
         header: np.void = np.frombuffer(head, dtype.newbyteorder(order), 1)[0]
         if 1 <= header["dim"][0] <= 7:

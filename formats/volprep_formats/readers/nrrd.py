@@ -211,7 +211,7 @@ def _header(path: Path) -> tuple[Fields, int]:
     """Fields by their lower-case names, and where the header ends."""
     lines, blank, size = _lines(path)
     fields: Fields = {}
-    for line in (each.rstrip() for each in lines):
+    for line in (line.rstrip() for line in lines):
         name, colon, value = line.partition(":")
         if line.startswith("#") or value.startswith("=") or not line:
             continue

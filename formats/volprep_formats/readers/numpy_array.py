@@ -117,7 +117,7 @@ def _header(path: Path, file: IO[bytes], spec: SourceSpec) -> _Array:
 def _from_zip(path: Path, spec: SourceSpec) -> _Array:
     try:
         with open_regular(path) as file, zipfile.ZipFile(file) as archive:
-            members = [each for each in archive.infolist() if each.filename.endswith(".npy")]
+            members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
             member = _chosen(path, members, spec.array.name if spec.array else None)
             with archive.open(member) as unpacked:
                 array = _header(path, unpacked, spec)

@@ -93,8 +93,8 @@ class ForwardStream:
 
 def joined(files: Sequence[Path], header_bytes: int) -> Iterator[bytes]:
     """Yield the contents of each file in turn, from byte `header_bytes` on."""
-    for each in files:
-        with open_regular(each) as file:
+    for path in files:
+        with open_regular(path) as file:
             file.seek(header_bytes)
             yield file.read()
 

@@ -80,8 +80,8 @@ def open_levels(path: Path, level: int | None = None, channel: str | int | None 
     names = channel_names(SourceSpec(path=path_text(path)), path) if channel is None else [channel]
     channels = [_channel(path, name) for name in names]
     grids = [_level_grids(package, work) for package, work in channels]
-    common = sorted(number for number in grids[0] if all(each.get(number) == grids[0][number] for each in grids))
-    left_out = sorted({number for each in grids for number in each} - {*common})
+    common = sorted(number for number in grids[0] if all(grid.get(number) == grids[0][number] for grid in grids))
+    left_out = sorted({number for grid in grids for number in grid} - {*common})
     # Where there is nothing to choose, opening the level says why.
     numbers: list[int | None] = [level] if level is not None or not common else [*common]
     manifests = tuple(package.manifest for package, _ in channels)
@@ -121,12 +121,16 @@ def _channel(path: Path, channel: str | int | None) -> tuple[Package, FileRecord
     packages = channel_packages(Package.open(path, allow_draft=True))
     name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
     working = source_name(name)
-    return packages[name], next((each for each in packages[name].manifest.files if each.path == working), None)
+    return packages[name], next((file for file in packages[name].manifest.files if file.path == working), None)
 
 
 def _held_levels(manifest: Manifest) -> set[int]:
     """Levels that have textures of values."""
-    return {each.level for each in manifest.textures_of("volume") if each.transfer is None and each.level is not None}
+    return {
+        texture.level
+        for texture in manifest.textures_of("volume")
+        if texture.transfer is None and texture.level is not None
+    }
 
 
 def _working_volume(package: Package, work: FileRecord) -> VolumeSource:

@@ -36,4 +36,4 @@ def _names_of(scheme: str) -> dict[str, str]:
         return {}
     known = [(code.value, _REMARK.sub("", code.meaning)) for code in getattr(codes, scheme).concepts.values()]
     # The last one of a dict stays.
-    return dict(sorted(known, key=lambda each: len(each[1]), reverse=True))
+    return dict(sorted(known, key=lambda value: len(value[1]), reverse=True))

@@ -62,7 +62,7 @@ def _data_set(path: Path, file: BinaryIO, only: list[str] | None = None) -> Item
     if DEFLATED.encode() not in head:
         return dcmread(file, force=True, stop_before_pixels=only is not None, specific_tags=only)
     with inflated_data_set(path) as stream:
-        data = read_dataset(stream, False, True, specific_tags=None if only is None else [Tag(each) for each in only])
+        data = read_dataset(stream, False, True, specific_tags=None if only is None else [Tag(value) for value in only])
         return FileDataset(path, data, file_meta=read_file_meta_info(path), is_implicit_VR=False)
 
 

@@ -94,7 +94,7 @@ def _rings(path: Path, items: Sequence[Item]) -> tuple[list[tuple[int, Float64Ar
     """Return the closed contours of a structure, each with the number of its item, and the number of others."""
     found = []
     others = 0
-    contours = ((number, each) for number, item in enumerate(items) for each in item.get("ContourSequence") or ())
+    contours = ((number, value) for number, item in enumerate(items) for value in item.get("ContourSequence") or ())
     for number, contour in contours:
         if str(contour.get("ContourGeometricType", "")) not in _CLOSED:
             others += 1

@@ -17,7 +17,7 @@ def label_image(path: Path) -> Path:
     folder = path if path.name == "labels" else path / "labels"
     if not (path.is_dir() and is_zarr(path, b"") and folder.is_dir()):
         return path
-    images = sorted(each for each in folder.iterdir() if each.is_dir() and is_zarr(each, b""))
+    images = sorted(path for path in folder.iterdir() if path.is_dir() and is_zarr(path, b""))
     if len(images) > 1:
-        raise VolprepError("VP1416", path=path, count=len(images), names=", ".join(each.name for each in images))
+        raise VolprepError("VP1416", path=path, count=len(images), names=", ".join(image.name for image in images))
     return images[0] if images else path

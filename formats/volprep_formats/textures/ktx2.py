@@ -106,9 +106,15 @@ _LAYOUTS: dict[Ktx2Format, _Layout] = {
     **{name: _Layout(*layout, is_srgb=name == SRGB) for name, layout in TEXELS.items()},
     **{
         name: _Layout(
-            each.vk_format, np.dtype("u1"), each.bytes, each.size, each.samples, each.descriptor_model, each.is_srgb
+            block.vk_format,
+            np.dtype("u1"),
+            block.bytes,
+            block.size,
+            block.samples,
+            block.descriptor_model,
+            block.is_srgb,
         )
-        for name, each in BLOCKS.items()
+        for name, block in BLOCKS.items()
     },
 }
 _FORMATS = {layout.vk_format: name for name, layout in _LAYOUTS.items()}

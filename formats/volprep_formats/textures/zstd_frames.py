@@ -50,7 +50,7 @@ def decompress(data: memoryview, size: int) -> NDArray[np.uint8]:
     import imagecodecs  # noqa: PLC0415 - as above
 
     found = frames(data)
-    content = sum(each.content_bytes for each in found)
+    content = sum(frame.content_bytes for frame in found)
     if content != size:
         raise FrameError(f"its frames hold {content} bytes instead of {size}")
     unpacked = np.empty(size, np.uint8)

@@ -44,11 +44,11 @@ def _label(line: str, row: int) -> tuple[int, _Label]:
     if len(fields) < _FIELDS:
         msg = f"line {row}: {len(fields)} fields, expected {_FIELDS} and a name"
         raise ValueError(msg)
-    label, red, green, blue, alpha, visible, _ = (number(each) for each in fields[:_FIELDS])
+    label, red, green, blue, alpha, visible, _ = (number(field) for field in fields[:_FIELDS])
     if not label.is_integer() or not 0 <= label <= _LARGEST_LABEL:
         msg = f"line {row}: {fields[0][:40]} is no label from 0 to {_LARGEST_LABEL}"
         raise ValueError(msg)
-    if not all(0 <= each <= 255 for each in (red, green, blue)) or not 0 <= alpha <= 1:
+    if not all(0 <= value <= 255 for value in (red, green, blue)) or not 0 <= alpha <= 1:
         msg = f"line {row}: colours go from 0 to 255, alpha from 0 to 1"
         raise ValueError(msg)
     return int(label), ((red / 255, green / 255, blue / 255), alpha if visible else _CLEAR)

@@ -37,4 +37,4 @@ def _numbers(entry: dict[str, object], key: str) -> list[float]:
     if not isinstance(found, list):
         msg = f"{key} is missing"
         raise ValueError(msg)  # noqa: TRY004 - a wrong file, not a wrong call
-    return [number(each) for each in found]
+    return [number(load) for load in found]

@@ -55,7 +55,7 @@ def knots(numbers: Sequence[float], width: int, what: str) -> list[Knot]:
             msg = f"{what}: point {index + 1} stands before point {index}"
             raise ValueError(msg)
     for index, knot in enumerate(found, start=1):
-        if not all(0.0 <= each <= 1.0 for each in knot[1:]):
+        if not all(0.0 <= value <= 1.0 for value in knot[1:]):
             msg = f"{what}: point {index} has a colour or opacity outside 0 to 1"
             raise ValueError(msg)
     return found

@@ -27,4 +27,4 @@ def _function(line: str, width: int, what: str) -> list[Knot]:
     if number(count) != len(rest):
         msg = f"{what}: {count[:40]} numbers promised, {len(rest)} there"
         raise ValueError(msg)
-    return knots([number(each) for each in rest], width, what)
+    return knots([number(value) for value in rest], width, what)

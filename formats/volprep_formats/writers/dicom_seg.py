@@ -54,7 +54,7 @@ def write(image: LabelImage, source: VolumeSource, path: Path, progress: Progres
         source_images=images,
         pixel_array=_volume(image, values, grid, images[0]),
         segmentation_type="BINARY",
-        segment_descriptions=[_description(number, each) for number, each in enumerate(image.segments, start=1)],
+        segment_descriptions=[_description(number, segment) for number, segment in enumerate(image.segments, start=1)],
         series_instance_uid=uid,
         series_number=1,
         sop_instance_uid=derived_uid(uid, "instance"),
@@ -74,7 +74,7 @@ def write(image: LabelImage, source: VolumeSource, path: Path, progress: Progres
 def _images(folder: Path) -> list[Dataset]:
     """Return the headers of the series in a folder."""
     found = [] if not folder.is_dir() else [*_headers(sorted(folder.iterdir()))]
-    series = {str(each.SeriesInstanceUID) for each in found}
+    series = {str(header.SeriesInstanceUID) for header in found}
     if len(series) != 1:
         raise VolprepError("VP1331", path=folder, problem=f"{len(series)} series of images")
     return found
@@ -95,10 +95,10 @@ def _headers(files: Sequence[Path]) -> Iterator[Dataset]:
 
 def _require_place(grid: Grid, images: Sequence[Dataset], series: Path) -> None:
     """Raise VP1332 unless the first voxel of each slice is a voxel of an image of the series."""
-    rows = np.array([each.ImageOrientationPatient for each in images], np.float64)
+    rows = np.array([image.ImageOrientationPatient for image in images], np.float64)
     across, down = rows[0, :3], rows[0, 3:]
-    column_mm, row_mm = (float(each) for each in images[0].PixelSpacing[::-1])
-    origins = np.array([each.ImagePositionPatient for each in images], np.float64)
+    column_mm, row_mm = (float(value) for value in images[0].PixelSpacing[::-1])
+    origins = np.array([image.ImagePositionPatient for image in images], np.float64)
     normal = np.cross(across, down)
     first = grid.world_from_index[:3] @ np.array([[0.0, 0.0, z, 1.0] for z in range(grid.shape_zyx[0])]).T
     heights, planes = normal @ first, origins @ normal

@@ -52,7 +52,7 @@ def layers(image: LabelImage) -> list[list[int]]:
     together = [{*entry.members} for entry in image.entries]
     found: list[list[int]] = []
     for index in range(len(image.segments)):
-        beside = set().union(*(each for each in together if index in each)) - {index}
+        beside = set().union(*(value for value in together if index in value)) - {index}
         fitting = next((layer for layer in found if beside.isdisjoint(layer)), None)
         if fitting is None:
             found.append([index])

@@ -100,7 +100,7 @@ def image_attributes(
     if all(look.window is not None for look in looks):
         ome["omero"] = _omero(levels[0], looks, name)
     direction = [list(row) for row in levels[0].grid.direction]
-    units = ["" if levels[0].stored else each.unit for each in levels[0].channels]
+    units = ["" if levels[0].stored else channel.unit for channel in levels[0].channels]
     own = {"unit": units[0]} if len(units) == 1 else {"units": units}
     attributes = {"ome": ome, _OWN: {"direction": direction, **own}}
     return attributes if volume_looks is None else {**attributes, **extras_of(volume_looks)}
@@ -110,8 +110,8 @@ def label_attributes(levels: Sequence[WrittenLevel], name: str, entries: Sequenc
     """Return the attributes of the group `labels`/`name` that holds the label arrays of `levels`, finest first."""
     image_label = {
         "version": "0.5",
-        "colors": [{"label-value": each.value, "rgba": list(each.rgba)} for each in entries],
-        "properties": [{"label-value": each.value, "name": each.name} for each in entries if each.name],
+        "colors": [{"label-value": label.value, "rgba": list(label.rgba)} for label in entries],
+        "properties": [{"label-value": label.value, "name": label.name} for label in entries if label.name],
         "source": {"image": "../../"},
     }
     multiscale = _multiscale(levels, name, "labels")

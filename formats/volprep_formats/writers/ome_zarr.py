@@ -87,7 +87,7 @@ def check_target(path: Path, *, replaces: bool) -> None:
         return
     document = path / "zarr.json"
     is_store = path.is_dir() and not path.is_symlink() and document.is_file() and _is_export(document)
-    if not (replaces and is_store and all(_is_own(each.name) for each in path.iterdir())):
+    if not (replaces and is_store and all(_is_own(path.name) for path in path.iterdir())):
         raise taken(path)
 
 
@@ -119,7 +119,7 @@ def _write_array(channels: Sequence[StoredValues], folder: Path, number: int, pr
     from zarr.codecs import ZstdCodec  # noqa: PLC0415 - as above
 
     shape = channels[0].info.grid.shape_zyx
-    dtype = np.result_type(*(each.info.stored_type for each in channels))
+    dtype = np.result_type(*(channel.info.stored_type for channel in channels))
     chunk, shard = _chunks(shape, dtype.itemsize)
     axis = (len(channels),) if len(channels) > 1 else ()
     ones = (1,) * len(axis)

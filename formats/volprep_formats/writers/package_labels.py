@@ -36,14 +36,14 @@ def label_images(path: Path, level: int | None, channels: Collection[str]) -> li
     """
     package = Package.open(path, allow_draft=True)
     manifest = package.manifest
-    files = {each.path for each in manifest.files}
+    files = {file.path for file in manifest.files}
     if any(source_name(channel.name) in files for channel in manifest.channels):
         # A draft gives the scan as it was imported, with its labels.
         return []
     images = [
-        _label_map(path, level, name, each.manifest)
-        for name, each in channel_packages(package).items()
-        if _is_label_map(each.manifest) and name in channels
+        _label_map(path, level, name, package.manifest)
+        for name, package in channel_packages(package).items()
+        if _is_label_map(package.manifest) and name in channels
     ]
     if manifest.segments is not None:
         images.append(_segments(package, manifest.segments, level))
@@ -56,7 +56,7 @@ def labels_of_level(path: Path, level: int | None, channel: str | None) -> tuple
     Raises VP1330 if there are none, VP1250 for a level without labels, and what `label_images` raises.
     """
     package = Package.open(path, allow_draft=True)
-    names = [each.name for each in package.manifest.channels]
+    names = [channel.name for channel in package.manifest.channels]
     found = [image for image in label_images(path, level, names) if channel in {None, image.name}]
     if not found:
         raise VolprepError("VP1330", path=path)
@@ -83,12 +83,11 @@ def _stored_type(numbers: Sequence[int]) -> StoredType | None:
 
 def _is_label_map(manifest: Manifest) -> bool:
     """Whether a channel holds labels: they alone are sampled nearest."""
-    return any(each.filter == "nearest" and each.transfer is None for each in manifest.textures_of("volume"))
+    return any(texture.filter == "nearest" and texture.transfer is None for texture in manifest.textures_of("volume"))
 
 
 def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
-    source = manifest.source
-    told = source.info.label_numbers or tuple(range(round(source.statistics.maximum) + 1))
+    told = manifest.source.info.label_numbers or tuple(range(round(manifest.statistics.maximum) + 1))
     # Numbers beyond 16 bits are names; the values are then the codes.
     stored_type = _stored_type(told)
     values = np.array(told if stored_type else range(len(told)), np.int64)
@@ -111,7 +110,7 @@ def _entries_of(
     """Yield number and colour of each code that the transfer function makes visible."""
     seen = count()
     colours, extinctions_per_mm = Table.exact(function).at(np.arange(len(numbers), dtype=np.float64))
-    for code in np.flatnonzero(extinctions_per_mm > 0.0):
+    for code in np.flatnonzero(extinctions_per_mm > 0.0).tolist():
         red, green, blue = (round(255 * float(part)) for part in srgb_of_linear(colours[code]))
         yield WrittenLabel(int(values[code]), str(numbers[code]), (red, green, blue, _MOST_OPAQUE), (next(seen),))
 
@@ -129,15 +128,15 @@ def _segments(package: Package, segments: Segments, level: int | None) -> LabelI
             yield each.index, _labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
 
     places = {segment.name: place for place, segment in enumerate(segments.segments)}
-    functions = {each.name: each for each in manifest.transfer_functions}
+    functions = {function.name: function for function in manifest.transfer_functions}
     entries = [
         _entry(value, tuple(places[name] for name in label.segments), segments.segments, functions[label.transfer])
         for value, label in zip(values, segments.labels, strict=True)
         if label.segments
     ]
     written = [
-        WrittenSegment(_title(each), function_colour(functions[each.transfer], each.tint), each.code)
-        for each in segments.segments
+        WrittenSegment(_title(segment), function_colour(functions[segment.transfer], segment.tint), segment.code)
+        for segment in segments.segments
     ]
     return LabelImage(segments.name, levels(), entries, written)
 
@@ -165,8 +164,8 @@ def _entry(
 ) -> WrittenLabel:
     """Return the name and look of a label: the mean tint and the largest opacity of its visible segments."""
     own = [segments[member] for member in members]
-    shown = [each for each in own if each.visible]
-    tint = np.mean([each.tint for each in shown or own], axis=0).tolist()
-    opacity = max((each.opacity for each in shown), default=0.0)
+    shown = [segment for segment in own if segment.visible]
+    tint = np.mean([segment.tint for segment in shown or own], axis=0).tolist()
+    opacity = max((segment.opacity for segment in shown), default=0.0)
     rgba = (*function_colour(function, tint), round(_MOST_OPAQUE * opacity))
-    return WrittenLabel(value, " + ".join(_title(each) for each in own), rgba, members)
+    return WrittenLabel(value, " + ".join(_title(segment) for segment in own), rgba, members)

@@ -129,5 +129,9 @@ def _packed(
         generic_attributes={_COLOUR_ID: opaque},
     )
     mesh: Any = DracoPy.decode(data)
-    ids = {each["attribute_type"]: each["unique_id"] for each in mesh.attributes if each["unique_id"] != _COLOUR_ID}
+    ids = {
+        attribute["attribute_type"]: attribute["unique_id"]
+        for attribute in mesh.attributes
+        if attribute["unique_id"] != _COLOUR_ID
+    }
     return data, {"POSITION": ids[0], "NORMAL": ids[1], "COLOR_0": _COLOUR_ID}, (mesh.points, mesh.faces)

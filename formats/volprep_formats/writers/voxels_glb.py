@@ -39,7 +39,7 @@ def write(
     depth = channels[0].info.grid.shape_zyx[0]
     progress.start("writing voxels", depth * len(channels))
     with new_file(path) as file:
-        file.write(glb_head(_gltf([each.info for each in channels], names, size, looks), size * len(channels)))
+        file.write(glb_head(_gltf([channel.info for channel in channels], names, size, looks), size * len(channels)))
         for channel in channels:
             for z in range(depth):
                 file.write(np.ascontiguousarray(channel.read_slab(z, z + 1), dtype="<f4").tobytes())
@@ -52,7 +52,7 @@ def _gltf(infos: Sequence[SourceInfo], names: Sequence[str], size: int, looks: V
     # A box of glTF has its middle at 0.
     extent_xyz = np.array(grid.spacing_mm_zyx[::-1]) * grid.shape_zyx[::-1]
     placed = grid.world_from_box @ np.block([[_BOX_FROM_NODE, extent_xyz[:, None] / 2], [np.zeros((1, 3)), 1.0]])
-    told = {"draft": _DRAFT, "units": [each.unit for each in infos], "channels": [*names]}
+    told = {"draft": _DRAFT, "units": [info.unit for info in infos], "channels": [*names]}
     voxels = {
         "name": "voxels",
         "matrix": placed.T.ravel().tolist(),

@@ -214,7 +214,7 @@ class PackageGauge:
 def worst_difference(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> tuple[float, float]:
     """Return the largest root mean square over seen pixels, and the largest difference, over views."""
     found = [seen_error(one[name], other[name]) for name in one]
-    return max(each.rmse for each in found), max(each.maximum for each in found)
+    return max(error.rmse for error in found), max(error.maximum for error in found)
 
 
 def _finest(package: Package) -> int:

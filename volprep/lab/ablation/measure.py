@@ -79,7 +79,7 @@ def measure_ablation(
         rows=rows,
         not_measured=(
             "preview: a picture for people, which no other picture depends on",
-            *(f"channel {each.name}: the first one is measured" for each in others),
+            *(f"channel {channel.name}: the first one is measured" for channel in others),
             *(f"channel {name}: no transfer function is for it" for name in left_out(scene)),
         ),
     )
@@ -223,7 +223,7 @@ class VariantBench:
         without = with_common_tables(self.planned)
         gauge = self._gauge_for_levels()
         for transfer in self.gauge.transfers:
-            for level in (each.index for each in manifest.levels):
+            for level in (level.index for level in manifest.levels):
                 if not own_table(self.planned, transfer, level):
                     continue
                 row = _planned(f"own table of level {level}", _reason(manifest, OWN_TABLE, transfer, level), transfer)
@@ -254,8 +254,8 @@ class VariantBench:
     def _drawn_without(self, name: str, files: set[str]) -> tuple[Outcome, str]:
         manifest = self.planned.manifest
         kept = {
-            "textures": tuple(each for each in manifest.textures if each.file not in files),
-            "programs": tuple(each for each in manifest.programs if files.isdisjoint(each.shaders)),
+            "textures": tuple(texture for texture in manifest.textures if texture.file not in files),
+            "programs": tuple(program for program in manifest.programs if files.isdisjoint(program.shaders)),
         }
         without = Package(self.planned.path, manifest.model_copy(update=kept), self.planned.channel)
         for program in self.gauge.subject.programs:

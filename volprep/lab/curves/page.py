@@ -24,10 +24,10 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
     if curve.cost == "milliseconds":
         for point in curve.points:
             axes.plot([(end, point.errors.rmse) for end in (point.wall.low, point.wall.high)], MUTED, width=0.8)
-    front = sorted((plotted_cost(each, curve.cost), each.errors.rmse) for each in curve.points if each.on_front)
+    front = sorted((plotted_cost(point, curve.cost), point.errors.rmse) for point in curve.points if point.on_front)
     axes.plot([*_steps(front)], INK, "Pareto front", width=1.6)
     for number, name in enumerate(series):
-        points = sorted((each for each in curve.points if each.series == name), key=lambda each: each.step_mm)
+        points = sorted((point for point in curve.points if point.series == name), key=lambda point: point.step_mm)
         axes.plot(
             [(plotted_cost(point, curve.cost), point.errors.rmse) for point in points],
             SERIES[0 if one_each else number % len(SERIES)],
@@ -36,7 +36,7 @@ def _draw_curve(axes: Axes, curve: Curve, allowed_rmse: float) -> None:
             marker=MARKERS[0 if one_each else (number + number // len(SERIES)) % len(MARKERS)],
             width=1.2,
         )
-    for number, point in enumerate(sorted(curve.points, key=lambda each: each.errors.rmse)):
+    for number, point in enumerate(sorted(curve.points, key=lambda point: point.errors.rmse)):
         place = (plotted_cost(point, curve.cost), point.errors.rmse)
         if point.chosen:
             axes.plot([place], LIMIT, "in the package", marker="o", size=15, hollow="none", dashes=None)

@@ -74,9 +74,9 @@ def _reported(pairs: Sequence[tuple[str, StressDrawing]]) -> Iterator[str]:
     published = {drawing.technique for _, drawing in known if TECHNIQUES[drawing.technique].order is not None}
     if published:
         yield f"Techniques {_names(published)}: they are published with errors, which are reported."
-    thin = [(case, each) for case, each in known if each.technique not in published]
-    for name in dict.fromkeys(each.classification for _, each in thin):
-        cases = _names(case for case, each in thin if each.classification == name)
+    thin = [(case, variant) for case, variant in known if variant.technique not in published]
+    for name in dict.fromkeys(variant.classification for _, variant in thin):
+        cases = _names(case for case, variant in thin if variant.classification == name)
         yield f"Errors of {name} in {cases}: a feature is thinner than the distance of samples, which may miss it."
 
 
@@ -156,14 +156,10 @@ def measure_stress(
             if error.status not in {ExitStatus.SOURCE, ExitStatus.SCENE}:
                 raise
             refused = error.code
-        first = tuple(each.drawing for (name, _), each in drawn.items() if name == case.name)
+        first = tuple(drawn.drawing for (name, _), drawn in drawn.items() if name == case.name)
         results.append(
             StressResult(
-                case=case.name,
-                hard=case.hard,
-                refused=refused,
-                must_refuse=case.refused,
-                drawings=(*first, *others),
+                case=case.name, hard=case.hard, refused=refused, must_refuse=case.refused, drawings=(*first, *others)
             )
         )
         progress.advance()

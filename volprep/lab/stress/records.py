@@ -106,14 +106,14 @@ class StressDrawing(Record):
         """Steps, no longer than the nominal one, whose error is beyond the limit."""
         if self.limit is None:
             return ()
-        steps = (each for each in self.judged_points if each.step_ratio <= 1.0)
-        return tuple(each.step_ratio for each in steps if each.rmse > self._limit_of(each.step_ratio, self.limit.rmse))
+        steps = (point for point in self.judged_points if point.step_ratio <= 1.0)
+        return tuple(step.step_ratio for step in steps if step.rmse > self._limit_of(step.step_ratio, self.limit.rmse))
 
     def _limit_of(self, step_ratio: float, nominal: float) -> float:
         """Return the largest error of a step, if that of the nominal step is `nominal`."""
         if not self.common_planes:
             return nominal
-        of_rays = max((each.rmse for each in self.of_rays if each.step_ratio == step_ratio), default=0.0)
+        of_rays = max((ray.rmse for ray in self.of_rays if ray.step_ratio == step_ratio), default=0.0)
         return max(nominal * step_ratio, min(nominal, _WORSE * of_rays + _ROUNDING))
 
     @property
@@ -136,7 +136,7 @@ class StressDrawing(Record):
             f"level {self.level}" if self.level else None,
             self.precision if self.precision != "highp" else None,
         )
-        return ", ".join((self.classification, *(each for each in varied if each)))
+        return ", ".join((self.classification, *(value for value in varied if value)))
 
 
 class StressResult(Record):

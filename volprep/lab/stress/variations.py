@@ -41,7 +41,7 @@ def varied_drawings(  # noqa: PLR0917 - the case, its truth, and its variations
 
     `first` is the drawing without variations.
     """
-    (program,) = (each for each in subject.programs if each.transfer == TRANSFER)
+    (program,) = (program for program in subject.programs if program.transfer == TRANSFER)
     for technique in trials.techniques if case.techniques else ():
         way = Way(technique=technique, classification=classification, sampling=program.sampling)
         if technique != program.technique and way.is_possible:

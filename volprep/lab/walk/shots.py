@@ -239,4 +239,4 @@ def _box(scene: WalkScene) -> Grid:
 def _voxels_mm(package: Package, *, coarser: bool) -> dict[int, float]:
     """Return the shortest side of a voxel of each level that the package holds."""
     levels = package.manifest.levels
-    return {each.index: min(each.grid.spacing_mm_zyx) for each in levels if each.index or not coarser}
+    return {level.index: min(level.grid.spacing_mm_zyx) for level in levels if level.index or not coarser}

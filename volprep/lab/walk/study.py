@@ -94,7 +94,7 @@ class WalkReport(Record):
     @property
     def failed(self) -> tuple[WalkPicture, ...]:
         """Pictures that are farther off than the tolerance."""
-        return tuple(each for each in self.pictures if not each.passed)
+        return tuple(picture for picture in self.pictures if not picture.passed)
 
 
 def walk(package_path: Path, walk_path: Path, folder: Path, progress: Progress, *, force: bool = False) -> WalkReport:

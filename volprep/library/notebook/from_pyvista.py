@@ -133,7 +133,7 @@ def _function(shown: Any) -> SceneTransfer:
 
     def tone(value: float) -> tuple[float, ...]:
         found = (grey.GetValue(value),) * 3 if grey is not None else colour.GetColor(value)
-        return tuple(min(max(each, 0.0), 1.0) for each in found)
+        return tuple(min(max(value, 0.0), 1.0) for value in found)
 
     points = [
         ScenePoint(value=value, colour=tone(value), opacity=min(max(opacity.GetValue(value), 0.0), 1.0))

@@ -33,7 +33,7 @@ def words_of(package: Package) -> str:
     manifest = package.manifest
     grid = manifest.box
     voxels = " × ".join(str(count) for count in grid.shape_zyx[::-1])
-    spacing = " × ".join(number(each) for each in grid.spacing_mm_zyx[::-1])
+    spacing = " × ".join(number(length) for length in grid.spacing_mm_zyx[::-1])
     levels = f"{len(manifest.levels)} level{'s' if len(manifest.levels) > 1 else ''}"
     held = size(sum(file.size_bytes for file in manifest.files))
     profile = shown(manifest.profile.name)

@@ -140,5 +140,5 @@ def describe_bricks(volumes: Sequence[VolumePlan]) -> Iterator[PlanItem]:
         kept=True,
         reason=f"the scene asks for them: {bricks.size}³ cells each, with ghost voxels for filters that read "
         f"{bricks.reach} on each side; bricks {empty} are not stored",
-        files=tuple(each.file for each in found),
+        files=tuple(bricks.file for bricks in found),
     )

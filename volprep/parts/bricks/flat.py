@@ -34,7 +34,7 @@ def flat_pool(  # noqa: PLR0917 - the level, its bricks, and the device class
                 height, width = mosaic.texture_shape_yx
                 found.append(((height * width, max(height, width), columns), pool, mosaic))
         if found:
-            _, pool, mosaic = min(found, key=lambda each: each[0])
+            _, pool, mosaic = min(found, key=lambda value: value[0])
             return pool, mosaic
     return None
 

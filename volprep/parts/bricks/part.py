@@ -83,11 +83,7 @@ def _layout(
 
 
 def _index(
-    draft: Draft,
-    volume: VolumePlan,
-    bricks: BricksPlan,
-    entries: UInt8Array,
-    mosaic: MosaicLayout | None,
+    draft: Draft, volume: VolumePlan, bricks: BricksPlan, entries: UInt8Array, mosaic: MosaicLayout | None
 ) -> Texture:
     """Write the places of bricks [z, y, x, RGBA]."""
     z, y, x = entries.shape[:3]
@@ -125,11 +121,7 @@ def _stored(
 
 
 def _pool(
-    volume: VolumePlan,
-    codes: RawVolume,
-    stored: NDArray[np.bool_],
-    layout: BrickLayout,
-    mosaic: MosaicLayout | None,
+    volume: VolumePlan, codes: RawVolume, stored: NDArray[np.bool_], layout: BrickLayout, mosaic: MosaicLayout | None
 ) -> Iterator[bytes | memoryview]:
     layers = (texels_of(layer, volume.format) for layer in pool_layers(codes, stored, layout))
     yield from _file(volume.format, held_zyx(layout, mosaic), layers, mosaic)

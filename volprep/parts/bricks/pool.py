@@ -37,7 +37,7 @@ def brick_layout(shape_zyx: Triple, size: int, reach: int, limit: int, stored: i
     (z, y, x), counts = cells_of(shape_zyx, size)
     count = int(np.prod(counts)) if stored is None else stored
     pitch = [cells + 2 * reach - 1 for cells in (z, y, x)]
-    most_z, most_y, most_x = (min(limit // each, MOST_PLACES) for each in pitch)
+    most_z, most_y, most_x = (min(limit // value, MOST_PLACES) for value in pitch)
     found = [
         (down * rows * columns, down * pitch[0] + rows * pitch[1] + columns * pitch[2], (down, rows, columns))
         for rows in range(1, min(most_y, count) + 1)
@@ -55,8 +55,8 @@ def with_reach(ranges: BlockRanges, reach: int) -> BlockRanges:
     for axis in range(3) if reach > 1 else ():
         n = low.shape[axis]
         ends = [np.clip(np.arange(n) + step, 0, n - 1) for step in (-1, 1)]
-        low = np.minimum(low, np.minimum(*(np.take(low, each, axis) for each in ends)))
-        high = np.maximum(high, np.maximum(*(np.take(high, each, axis) for each in ends)))
+        low = np.minimum(low, np.minimum(*(np.take(low, end, axis) for end in ends)))
+        high = np.maximum(high, np.maximum(*(np.take(high, end, axis) for end in ends)))
     return BlockRanges(low, high, ranges.block)
 
 

@@ -99,7 +99,7 @@ def _unmeasured(cases: Sequence[Case]) -> str | None:
 
 
 def _bench(kind: ClassificationName, case: Case, rays: Sequence[PatchRays]) -> StepBench:
-    exact = [Table.exact(each) for each in case.functions]
+    exact = [Table.exact(function) for function in case.functions]
     window, entries = case.values.quantize.window, case.values.entries
     render = case.scene.render
     return StepBench(
@@ -108,7 +108,7 @@ def _bench(kind: ClassificationName, case: Case, rays: Sequence[PatchRays]) -> S
         rays,
         is_segments=kind == "preintegrated",
         layers=layers_of(render.technique, case.profile),
-        drawn=[each.resampled(window, entries) for each in exact] if kind == "lookup" else (),
+        drawn=[table.resampled(window, entries) for table in exact] if kind == "lookup" else (),
     )
 
 
@@ -121,7 +121,7 @@ def _cost(kind: ClassificationName, functions: Sequence[TransferFunction], *, wi
     first, following = _FIRST_POINT, _NEXT_POINT
     if with_segments:
         first, following = _FIRST_POINT_OF_SEGMENTS, _NEXT_POINT_OF_SEGMENTS
-    return first + following * (max(len(each.points) for each in functions) - 1)
+    return first + following * (max(len(function.points) for function in functions) - 1)
 
 
 def _fastest(

@@ -152,7 +152,7 @@ def choose_tables(case: Case, step_mm: float) -> Tables:
         return Tables(lookups=lookups, reasons=(reason,) * len(functions))
     rays = _Rays(values, case.measured, step)
     if wishes.classification == "palette":
-        palettes = tuple(PalettePlan(transfer=each.name, entries=wishes.palette_entries) for each in functions)
+        palettes = tuple(PalettePlan(transfer=function.name, entries=wishes.palette_entries) for function in functions)
         reasons = tuple(rays.palette_reason(function, wishes.palette_entries) for function in functions)
         return Tables(palettes=palettes, reasons=reasons)
     if wishes.classification == "control-points":

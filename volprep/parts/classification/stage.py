@@ -112,7 +112,7 @@ def _preintegrated(
     for level, table in tables.items():
         named = planned if level is None else table_of_level(planned, level)
         texture = _texture(draft, named, MediumTexels(in_unit(table, mean_per_mm).texels, mean_per_mm), level)
-        low, high = ((each - window[0]) / (window[1] - window[0]) for each in ends)
+        low, high = ((end - window[0]) / (window[1] - window[0]) for end in ends)
         yield texture.model_copy(update={"stored_range": (max(low, 0.0), min(high, 1.0))})
 
 

@@ -36,7 +36,7 @@ _RAW_BITS = 8.0
 
 def bits_per_voxel(texture_format: str) -> float:
     """Return the bits that a voxel takes in a compressed format, without padding."""
-    block = next(each for name, each in BLOCKS.items() if name == texture_format)
+    block = next(block for name, block in BLOCKS.items() if name == texture_format)
     slices = 1 if block.is_srgb else block.components
     return 8 * block.bytes / block.size**2 / slices
 
@@ -160,8 +160,8 @@ class _Patches:
         stored = case.measured.stored_patches.astype(np.float64)
         texels = self._quantizer.texels(stored * case.info.slope + case.info.intercept)
         self._texels = np.rint(texels * 255).astype(np.uint8)
-        exact = [Table.exact(each) for each in case.functions]
-        self._tables = [each.resampled(values.quantize.window, values.entries) for each in exact]
+        exact = [Table.exact(function) for function in case.functions]
+        self._tables = [table.resampled(values.quantize.window, values.entries) for table in exact]
         self._truth = [self._picture(texels, table) for table in self._tables]
 
     def try_form(self, name: CompressedFormat, layout: Layout) -> FormTrial:

@@ -134,7 +134,7 @@ class WholeColour:
 
     def _compared(self, decoded: NDArray[np.uint16], form: CompressedFormat) -> _Loss:
         functions = [data.functions[0] for data in self._data]
-        volumes = [Volume(each, self._grid, 1 / _SCALE) for each in decoded]
+        volumes = [Volume(value, self._grid, 1 / _SCALE) for value in decoded]
         blocks = media_of_colour([Medium(*pair) for pair in zip(volumes, functions, strict=True)])
         pairs = zip(self._levels, functions, strict=True)
         truth = media_of_colour([level.medium(function) for level, function in pairs])

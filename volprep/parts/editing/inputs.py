@@ -75,8 +75,8 @@ def _of_path(function: TransferFunction, replaced: TransferFunction) -> Transfer
     """Return the function with the same opacities along the path that the shader knows, and the shader's isovalue."""
     ratio = function.reference_mm / replaced.reference_mm
     points = tuple(
-        TransferPoint(value=each.value, colour=each.colour, extinction_per_mm=each.extinction_per_mm * ratio)
-        for each in function.points
+        TransferPoint(value=point.value, colour=point.colour, extinction_per_mm=point.extinction_per_mm * ratio)
+        for point in function.points
     )
     return TransferFunction(
         name=function.name, points=points, reference_mm=replaced.reference_mm, isovalue=replaced.isovalue
@@ -106,11 +106,13 @@ def _table_texels(package: Package, texture: Texture, level: int, function: Tran
 
 def _skip_texels(package: Package, texture: Texture, extinction_per_mm: Float64Array) -> Texels:
     skipping, grid = package.manifest.skipping or Skipping(), package.manifest.grid
-    record = next(each for each in skipping.tables if each.texture == texture.name)
-    found = next((each for each in skipping.ranges if (each.level, each.block) == (record.level, record.block)), None)
+    record = next(table for table in skipping.tables if table.texture == texture.name)
+    found = next(
+        (found for found in skipping.ranges if (found.level, found.block) == (record.level, record.block)), None
+    )
     if found is None or grid is None:
         raise VolprepError("VP5023", path=package.path)
-    ends = _slices(package, next(each for each in package.manifest.textures if each.name == found.texture))
+    ends = _slices(package, next(texture for texture in package.manifest.textures if texture.name == found.texture))
     low, high = np.split(ends.astype(np.float32) if ends.dtype == np.float16 else ends, 2)
     occupied = occupied_blocks(BlockRanges(low, high, found.block), extinction_per_mm, _threshold(skipping, grid))
     entries = skip_table(occupied, record.kind)

@@ -88,7 +88,7 @@ def measure(package: Package, scan: Volume, cameras: Sequence[Camera]) -> Iterat
     manifest = package.manifest
     for function in manifest.transfer_functions:
         levels = _levels(package, function.name)
-        compositing = COMPOSITINGS[next((each.compositing for each in manifest.programs), "emission-absorption")]
+        compositing = COMPOSITINGS[next((program.compositing for program in manifest.programs), "emission-absorption")]
         truths: list[Float32Array] = []
         for camera in cameras:
             matrix = camera.box_from_clip(scan.grid, aspect=1.0)

@@ -15,7 +15,7 @@ def _plan(case: Case) -> Case:
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:
     """Complete the item with its files, and with the share of later frames that is held once."""
-    made = next((each for each in draft.manifest.stages if each.name == FramesPlan.STAGE), None)
+    made = next((stage for stage in draft.manifest.stages if stage.name == FramesPlan.STAGE), None)
     if made is None:
         return items
     sizes = {record.path: record.size_bytes for record in draft.manifest.files_of("texture")}

@@ -83,7 +83,7 @@ def lay_out(case: Case, form: CompressedFormat | None) -> Layout:
     ]
     table_bytes = tables_bytes(scene.render, profile, values.entries)
     rays: tuple[Rays, ...] = ("box",) if scene.proxy is None else ("box", "mesh")
-    passes = max(passes_before(scene.render.technique, scene.lighting.shadows, each) for each in rays)
+    passes = max(passes_before(scene.render.technique, scene.lighting.shadows, ray) for ray in rays)
     units = (1 if table_bytes else 0) + passes
     beside = Beside(units=units, bytes=table_bytes)
     bits = CLASSIFIED_BITS if scene.render.classification in {"preclassified", "colour"} else values.quantize.bits
@@ -103,7 +103,7 @@ def lay_out(case: Case, form: CompressedFormat | None) -> Layout:
     if isinstance(plan_on_demand(case, levels[0].index), OnDemandPlan):
         fits = [_beside_pool(fit, profile) for fit in fits]
         levels, volumes = _kept(candidates, fits, profile)
-    programs = tuple(program for each in case.shown_alone for program in ray_casters(each.name, volumes, scene))
+    programs = tuple(program for function in case.shown_alone for program in ray_casters(function.name, volumes, scene))
     return Layout(layouts, beside, candidates, fits, levels, volumes, programs)
 
 

@@ -51,7 +51,7 @@ class SeenBlocks:
         if reach not in self.shares:
             share = self.seen.astype(np.float32)
             for axis in range(3):
-                padded = np.pad(share, [(reach + 1, reach) if each == axis else (0, 0) for each in range(3)])
+                padded = np.pad(share, [(reach + 1, reach) if dimension == axis else (0, 0) for dimension in range(3)])
                 sums = np.moveaxis(np.cumsum(padded, axis=axis, dtype=np.float64), axis, 0)
                 means = (sums[2 * reach + 1 :] - sums[: -2 * reach - 1]) / (2 * reach + 1)
                 share = np.moveaxis(means, 0, axis).astype(np.float32)
@@ -125,7 +125,7 @@ class Looks:
         """Return the look for a level with these factors."""
         thickness_mm = min(self._spacing_mm_zyx) * max(factors) / 2
         at_bins = (_at_bins(table, self._bins) for table in self._tables)
-        table = np.stack([_features(each, thickness_mm) for each in at_bins])
+        table = np.stack([_features(at_bin, thickness_mm) for at_bin in at_bins])
         z, y, x = (max(edge, f) for edge, f in zip(self._smallest_block, factors, strict=True))
         # Features lie between 0 and 1; so do values in these units.
         return Look(_LINEAR**2 / (self._bins - 1) ** 2, table, self._weights((z, y, x)), (z, y, x))
@@ -161,7 +161,7 @@ class Looks:
             part = slice(z0 // self._smallest_block[0], -(-z1 // self._smallest_block[0]))
             write_means(self._volume.read_slab(z0, z1), self._smallest_block, table, values[part], means[part])
         every = means.transpose(1, 4, 0, 2, 3).reshape(-1, z, y, x)
-        return [np.ascontiguousarray(each) for each in every[: len(at_bins)]]
+        return [np.ascontiguousarray(value) for value in every[: len(at_bins)]]
 
     def _weights(self, block: Factors) -> Float32Array:
         if block not in self._known:

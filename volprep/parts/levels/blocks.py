@@ -92,12 +92,12 @@ def promising(
     light = RayLight(scan.tables, Sampled.joined(fine), adapt=adapt)
     trials = {name: tried.compared(light, name, scan, factors) for name, tried in levels.items()}
     units = trials[candidates[0]]
-    scores = {name: score(each, units, editable=editable) for name, each in trials.items()}
+    scores = {name: score(trial, units, editable=editable) for name, trial in trials.items()}
     near = [name for name in candidates if scores[name] <= _MARGIN * min(scores.values())]
     if near.count("appearance") + near.count("raised") == 2:
         # Both take the same fit, the dearest part of a level: blocks tell which is the better one.
         near.remove(max(("appearance", "raised"), key=scores.__getitem__))
-    return tuple(near), tuple(trial.model_copy(update={"on": "blocks"}) for each in trials.values() for trial in each)
+    return tuple(near), tuple(trial.model_copy(update={"on": "blocks"}) for found in trials.values() for trial in found)
 
 
 def _made(
@@ -107,7 +107,7 @@ def _made(
     slices = level_slices(block, name, factors)
     if name == "raised" and appearance is not None:
         slices = raised_slices(block, factors, iter([(appearance, block.grid.shape_zyx[0])]))
-    return np.concatenate([each for each, _ in slices])
+    return np.concatenate([value for value, _ in slices])
 
 
 def _lines(block: LevelInput, factors: Factors, seed: int) -> list[RaySegments]:

@@ -106,7 +106,7 @@ class ClassifiedChooser:
         z, y, x = (f * h for f, h in zip(factors, self._scan.grid.spacing_mm_zyx, strict=True))
         channels = [_ChannelOfTexels(path, shape_zyx, np.dtype(np.uint8), channel) for channel in range(4)]
         sampled = [sample_level(channel, (z, y, x), self._lines) for channel in channels]
-        texels = np.stack([each.values * each.scale for each in sampled], axis=-1).astype(np.float64)
+        texels = np.stack([field.values * field.scale for field in sampled], axis=-1).astype(np.float64)
         colour, extinction = medium_of_texels(texels, self._voxels.reference_mm)
         firsts = sampled[0].offsets[:-1]
         counts = np.diff(sampled[0].offsets)
@@ -129,7 +129,7 @@ def classified_slices(
     else:
         texels = voxels.texels(256**scan.volume.dtype.itemsize)
         made = ((texels[codes], read) for codes, read in level_slices(scan, name, factors))
-    return ((each.reshape(*each.shape[:2], -1), read) for each, read in made)
+    return ((value.reshape(*value.shape[:2], -1), read) for value, read in made)
 
 
 def _transmitted(scan: LevelInput, voxels: Voxels, factors: Factors) -> Iterator[tuple[UInt8Array, int]]:

@@ -47,7 +47,9 @@ def _lines(  # noqa: PLR0917 - a face, and its rays
     seen = np.argwhere(_at_face(blocks, axis, is_last))
     chosen = seen[generator.integers(0, len(seen), count)]
     voxels_zyx = np.full((count, 3), float(grid.shape_zyx[axis] if is_last else 0))
-    voxels_zyx[:, [each for each in range(3) if each != axis]] = (chosen + generator.random((count, 2))) * blocks.edge
+    voxels_zyx[:, [dimension for dimension in range(3) if dimension != axis]] = (
+        chosen + generator.random((count, 2))
+    ) * blocks.edge
     voxels_zyx = np.clip(voxels_zyx, _INSIDE, np.array(grid.shape_zyx) - _INSIDE)
     directions_zyx = generator.normal(size=(count, 3)) * _TILT
     directions_zyx[:, axis] = -1.0 if is_last else 1.0
@@ -57,7 +59,7 @@ def _lines(  # noqa: PLR0917 - a face, and its rays
 
 
 def _voxels(blocks: SeenBlocks, factors: Factors, axis: int, is_last: bool) -> float:
-    along, across = (factor for each, factor in enumerate(factors) if each != axis)
+    along, across = (factor for value, factor in enumerate(factors) if value != axis)
     return float(_at_face(blocks, axis, is_last).sum() * blocks.edge**2 / (along * across))
 
 

@@ -100,7 +100,7 @@ def headlight(  # noqa: PLR0917 - a volume, rays through it, and their visible s
     apart_mm_zyx = [mm / 2 if halved else mm for mm, halved in zip(spacing_mm_zyx, halved_zyx, strict=True)]
     # To each side along x, y and z, the side of larger coordinates first.
     steps_mm = [sign * step_mm for step_mm in np.diag(apart_mm_zyx[::-1]) for sign in (1, -1)]
-    beside = [RaySegments(pieces.starts_mm_xyz + each, pieces.directions_xyz, pieces.lengths_mm) for each in steps_mm]
+    beside = [RaySegments(pieces.starts_mm_xyz + step, pieces.directions_xyz, pieces.lengths_mm) for step in steps_mm]
     around = sample_at(volume, spacing_mm_zyx, RaySegments.joined(beside), np.tile(counts, len(beside)), between)
     values = around.values.reshape(len(beside), -1).astype(np.float64)
     added = np.zeros((3, values.shape[1])) if borders is None else borders(pieces, counts, wanted)

@@ -62,7 +62,7 @@ class LabelLooks:
 
             middle = np.maximum(seen(np.zeros(3)), _LEAST_EXTINCTION)
             sides_mm = np.diag(spacing_mm_zyx[::-1]) / 2
-            return np.stack([(seen(each) - seen(-each)) * (per_mm / (2 * each.max())) / middle for each in sides_mm])
+            return np.stack([(seen(side) - seen(-side)) * (per_mm / (2 * side.max())) / middle for side in sides_mm])
 
         return slopes
 
@@ -75,18 +75,18 @@ class LabelLooks:
     ) -> list[Float32Array]:
         """Return the trilinear means of numbers of labels [number, label] at samples, each of the numbers once."""
         found: dict[bytes, Float32Array] = {}
-        for each in numbers:
-            key = each.tobytes()
+        for number in numbers:
+            key = number.tobytes()
             if key not in found:
                 volume = _Numbered(
                     self.labels.path,
                     self.labels.shape_zyx,
                     np.dtype(np.uint16),
                     self.labels,
-                    np.rint(each * _LARGEST).astype(np.uint16),
+                    np.rint(number * _LARGEST).astype(np.uint16),
                 )
                 found[key] = sample_at(volume, spacing_mm_zyx, lines, counts).values / np.float32(_LARGEST)
-        return [found[each.tobytes()] for each in numbers]
+        return [found[combination.tobytes()] for combination in numbers]
 
 
 @dataclass(frozen=True)

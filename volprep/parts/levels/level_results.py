@@ -19,13 +19,13 @@ def settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanI
     """Complete the items with the results that depend on the data: filters and tables of the levels."""
     written = {texture.name for texture in draft.manifest.textures}
     common = {
-        (each.channel, TABLES[type(table)], table.transfer): table.name in written
-        for each in plan.channels
-        for table in _tables(each)
+        (channel.channel, TABLES[type(table)], table.transfer): table.name in written
+        for channel in plan.channels
+        for table in _tables(channel)
     }
-    previews = {(each.channel, level): why for each in plan.channels for level, why in _previews(draft, each)}
+    previews = {(channel.channel, level): why for channel in plan.channels for level, why in _previews(draft, channel)}
     settled = [_settled(item, common, previews) for item in items]
-    return (*settled, *(item for each in plan.channels for item in _decided(draft, each)))
+    return (*settled, *(item for channel in plan.channels for item in _decided(draft, channel)))
 
 
 def _settled(

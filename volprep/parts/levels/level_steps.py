@@ -114,11 +114,11 @@ class LevelSteps:
         3 % to it (the root of 1 + 1/16): finer ones would make the level slower than a finer level, and no picture
         better. They never take more than the whole tolerance: what a level holds is always drawn within it.
         """
-        tables = {each.name: Table.exact(each) for each in self.functions}
-        for each in own:
-            entries = np.array(each.entries)
+        tables = {function.name: Table.exact(function) for function in self.functions}
+        for table in own:
+            entries = np.array(table.entries)
             values = np.linspace(*self.window, len(entries))
-            tables[each.transfer] = tables[each.transfer].with_entries(values, entries)
+            tables[table.transfer] = tables[table.transfer].with_entries(values, entries)
         level = _Level(codes, factors, self.scan.spacing_mm_zyx(factors), list(tables.values()))
         aimed = self._bench(level, list(self._groups(factors, _MOST_VOXELS * level.voxel_mm)), FINE)
         if not aimed.sees:

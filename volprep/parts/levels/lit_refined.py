@@ -143,7 +143,7 @@ class LitLevels:
             return
         coarsest, *others = sorted(levels, key=math.prod, reverse=True)
         least, *more = budget.efforts
-        tried = [*((each, least) for each in (coarsest, *others)), *((coarsest, each) for each in more)]
+        tried = [*((level, least) for level in (coarsest, *others)), *((coarsest, level) for level in more)]
         for factors, effort in tried:
             wanted = {**self._efforts, factors: effort}
             fine, coarse = self._samples(wanted)
@@ -175,7 +175,7 @@ class LitLevels:
         """Rays of all levels, in random order: those in all directions, and those straight at faces."""
         scan = self._scan
         grid, blocks = scan.grid, scan.looks.seen_blocks
-        counts = [self._counts(*each) for each in self._efforts.items()]
+        counts = [self._counts(*value) for value in self._efforts.items()]
         aimed, at_faces = map(max, zip(*counts, strict=True))
         coarsest, finest = (pick(self._efforts, key=math.prod) for pick in (max, min))
         per_voxel = -(-at_faces // max(1, int(cut_face_voxels(blocks, finest))))
@@ -224,7 +224,7 @@ class LitLevels:
         `own` are the tables of its own.
         """
         scan = self._scan
-        tables = {**scan.tables, **{each.transfer: np.array(each.entries) for each in own}}
+        tables = {**scan.tables, **{table.transfer: np.array(table.entries) for table in own}}
         effort = self._efforts[factors]
         counts = self._counts(factors, effort)
         aimed, at_faces = (known.first(count) for known, count in zip(self._rays, counts, strict=True))
@@ -268,7 +268,7 @@ class LitLevels:
     ) -> dict[str, Float64Array]:
         """Return the light of pixels [n, 4]."""
         light = self._light(codes, factors, pixels.lines, tables)
-        return {name: pixels.means(each) for name, each in light.items()}
+        return {name: pixels.means(array) for name, array in light.items()}
 
     def _light(
         self, codes: NDArray[np.generic], factors: Factors, lines: RaySegments, tables: Mapping[str, Float64Array]
@@ -314,7 +314,7 @@ class _Pixels:
         beside = unit(np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)]))
         above = np.cross(directions, beside)
         aside_mm = (np.arange(across) - (across - 1) / 2) * voxels * min(scan.spacing_mm_zyx(factors)) / across
-        right_mm, up_mm = (each.reshape(-1, 1) for each in np.meshgrid(aside_mm, aside_mm))
+        right_mm, up_mm = (offset.reshape(-1, 1) for offset in np.meshgrid(aside_mm, aside_mm))
         points_mm = middles.starts_mm_xyz[:, None] + right_mm * beside[:, None] + up_mm * above[:, None]
         points_mm, every = points_mm.reshape(-1, 3), np.repeat(directions, across**2, axis=0)
         enter_mm, leave_mm = ends_in_box(points_mm, every, np.array(scan.grid.extent_mm_zyx[::-1]))

@@ -163,7 +163,7 @@ class KeptMeans:
         cells = _native.box_reduced_shape(volume.shape_zyx, factors_zyx)
         real = np.dtype(np.float32)
         box, low, high = (
-            RawVolume(scratch(f"{name}-{each}.raw"), cells, volume.dtype) for each in ("box", "low", "high")
+            RawVolume(scratch(f"{name}-{value}.raw"), cells, volume.dtype) for value in ("box", "low", "high")
         )
         return cls(
             RawVolume(scratch(f"{name}-values.raw"), (z, y, x), real),

@@ -49,7 +49,7 @@ class PictureCheck:
     def _error(self, made: MadeLevel, factors: Factors) -> float:
         """Return the error over seen rays, the mean over transfer functions."""
         samples = sample_level(made.volume, self.scan.spacing_mm_zyx(factors), self.lines)
-        tables = {**self.scan.tables, **{each.transfer: np.array(each.entries) for each in made.tables}}
+        tables = {**self.scan.tables, **{table.transfer: np.array(table.entries) for table in made.tables}}
         return float(np.mean([rmse_of(samples.light(tables[name]), light) for name, light in self.lights.items()]))
 
 
@@ -60,7 +60,7 @@ def view_lines(grid: Grid) -> RaySegments:
     extent_mm_xyz = np.array(grid.extent_mm_zyx[::-1])
     radius_mm = float(np.linalg.norm(extent_mm_xyz)) / 2
     aside_mm = ((np.arange(pixels) + 0.5) / pixels * 2 - 1) * radius_mm
-    right_mm, up_mm = (each.reshape(-1, 1) for each in np.meshgrid(aside_mm, aside_mm))
+    right_mm, up_mm = (offset.reshape(-1, 1) for offset in np.meshgrid(aside_mm, aside_mm))
     generator = np.random.default_rng(_SEED)
     views: list[RaySegments] = []
     for _ in range(_VIEWS):

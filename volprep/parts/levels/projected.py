@@ -49,14 +49,14 @@ class ProjectedChooser:
     def __init__(self, scan: LevelInput, sight: RaySight, levels: Sequence[Factors]) -> None:
         """Take the volume, how it is drawn, and the factors of its levels."""
         self._scan = scan
-        pixels = [_pixels(scan, each, len(levels), _SEED + k) for k, each in enumerate(levels)]
+        pixels = [_pixels(scan, level, len(levels), _SEED + k) for k, level in enumerate(levels)]
         lines = [check_lines(scan.grid), *pixels]
         # One pass over level 0 for all levels.
         seen = SeenLevels(scan, sight, RaySegments.joined(lines))
         by_chance, *of_levels = np.split(*_numbered(lines))
         self._by_chance = len(by_chance)
         self._seen = {
-            each: seen.along(np.concatenate([by_chance, own])) for each, own in zip(levels, of_levels, strict=True)
+            level: seen.along(np.concatenate([by_chance, own])) for level, own in zip(levels, of_levels, strict=True)
         }
 
     def choose(
@@ -89,16 +89,16 @@ class ProjectedChooser:
         trials: list[Trial] = []
         for transfer, truth in seen.truth.items():
             both = light[transfer], truth
-            check, aimed = zip(*([each[: self._by_chance], each[self._by_chance :]] for each in both), strict=True)
+            check, aimed = zip(*([rays[: self._by_chance], rays[self._by_chance :]] for rays in both), strict=True)
             # In a volume that shows nothing there is nothing to aim at.
-            drawn = [_drawn(each) for each in aimed] if len(aimed[0]) else check
+            drawn = [_drawn(rays) for rays in aimed] if len(aimed[0]) else check
             trials.append(trial_of(name, transfer, (check[0], check[1]), (drawn[0], drawn[1]), seconds))
         return trials
 
 
 def _numbered(lines: Sequence[RaySegments]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the numbers of all rays, and where each of `lines` after the first begins."""
-    ends = np.cumsum([len(each.lengths_mm) for each in lines])
+    ends = np.cumsum([len(line.lengths_mm) for line in lines])
     return np.arange(ends[-1]), ends[:-1]
 
 
@@ -109,7 +109,7 @@ def _pixels(scan: LevelInput, factors: Factors, levels: int, seed: int) -> RaySe
     lines = aimed_lines(scan.grid, scan.looks.seen_blocks, float(max(factors)), count, seed)
     steps_mm = _CORNERS * scan.spacing_mm_zyx(factors)[::-1]
     beside = (lines.starts_mm_xyz + step_mm for step_mm in steps_mm)
-    return RaySegments.joined([RaySegments(each, lines.directions_xyz, lines.lengths_mm) for each in beside])
+    return RaySegments.joined([RaySegments(origins, lines.directions_xyz, lines.lengths_mm) for origins in beside])
 
 
 def _drawn(light: Float64Array) -> Float64Array:

@@ -47,17 +47,17 @@ class RaySegments:
     def joined(cls, parts: "Sequence[RaySegments]") -> "RaySegments":
         """Return the rays of all parts."""
         starts_mm_xyz, directions_xyz, lengths_mm = (
-            np.concatenate(each) for each in zip(*map(_arrays, parts), strict=True)
+            np.concatenate(arrays) for arrays in zip(*map(_arrays, parts), strict=True)
         )
         return cls(starts_mm_xyz, directions_xyz, lengths_mm)
 
     def part(self, begin: int, end: int) -> "RaySegments":
         """Return rays begin to end - 1."""
-        return RaySegments(*(each[begin:end] for each in _arrays(self)))
+        return RaySegments(*(array[begin:end] for array in _arrays(self)))
 
     def taken(self, order: NDArray[np.intp]) -> "RaySegments":
         """Return some rays in another order."""
-        return RaySegments(*(each[order] for each in _arrays(self)))
+        return RaySegments(*(array[order] for array in _arrays(self)))
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def sample_sets(
     """Sample a level along several sets of rays, as `sample_level` does; one pass over the file."""
     every = RaySegments.joined(lines)
     samples = sample_level(volume, spacing_mm_zyx, every, between=between, multiple=multiple, per_voxel=per_voxel)
-    ends = np.cumsum([0, *(len(each.lengths_mm) for each in lines)])
+    ends = np.cumsum([0, *(len(line.lengths_mm) for line in lines)])
     return [samples.part(begin, end) for begin, end in pairwise(ends.tolist())]
 
 
@@ -221,7 +221,7 @@ def _sample_nearest(  # noqa: PLR0917 - as the kernel of the other filter takes 
     counts = np.diff(offsets)
     number = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
     along_mm = (number + 0.5) * np.repeat(lines.lengths_mm / counts, counts)
-    starts, directions = (np.repeat(each, counts, axis=0) for each in (lines.starts_mm_xyz, lines.directions_xyz))
+    starts, directions = (np.repeat(value, counts, axis=0) for value in (lines.starts_mm_xyz, lines.directions_xyz))
     last = np.array([slab.shape[2], slab.shape[1], depth]) - 1
     x, y, z = np.clip(np.rint(starts + along_mm[:, None] * directions), 0, last).astype(np.intp).T
     end = z0 + len(slab) - (1 if z0 + len(slab) < depth else 0)

@@ -123,7 +123,7 @@ def refine_lines(
         if share.shared:
             share.grow(_wanted(share.voxels, budget.rays_per_voxel, _USUAL_RAYS), _with_all(budget), shares)
     is_flat = 1 in grid.shape_zyx
-    for share in (each for each in shares if not (each.shared or is_flat)):
+    for share in (share for share in shares if not (share.shared or is_flat)):
         ample = _wanted(share.voxels, max(budget.rays_per_voxel, _AMPLE_RAYS_PER_VOXEL), _AMPLE_RAYS)
         share.grow(ample, budget, shares)
     return {
@@ -220,7 +220,7 @@ def seen_voxels(blocks: SeenBlocks, factors: Factors, shape_zyx: tuple[int, int,
         seen = np.logical_or.reduceat(seen, starts, axis=axis)
     # A block may hold several voxels of the level, but no more than a thin volume has.
     inside = (min(blocks.edge, n) // factor for n, factor in zip(shape_zyx, factors, strict=True))
-    return int(seen.sum()) * math.prod(max(1, each) for each in inside)
+    return int(seen.sum()) * math.prod(max(1, value) for value in inside)
 
 
 @dataclass(frozen=True)

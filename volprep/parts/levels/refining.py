@@ -24,7 +24,7 @@ def refinements(
     chosen = refine_lines(scan.grid, scan.looks.seen_blocks, levels, len(scan.tables), budget)
     if not chosen:
         return {}
-    lines = RaySegments.joined([each.lines for each in chosen.values()])
+    lines = RaySegments.joined([line.lines for line in chosen.values()])
     whole = Refinement(lines, _lights(scan, lines, per_voxel), scan.tables, adapt, per_voxel)
     found: dict[Factors, Refinement] = {}
     begin = 0

@@ -38,7 +38,7 @@ class SegmentBoxes:
     @classmethod
     def of(cls, boxes: Sequence[VoxelBox], grid: Grid, start_zyx: tuple[int, int, int]) -> "SegmentBoxes":
         """Return boxes of voxels of a scan. `grid` is the grid of its part that begins at `start_zyx`."""
-        sides = np.array([[each.start_zyx, each.stop_zyx] for each in boxes], np.float64).reshape(-1, 2, 3)
+        sides = np.array([[box.start_zyx, box.stop_zyx] for box in boxes], np.float64).reshape(-1, 2, 3)
         sides += np.array([-_AROUND_VOXELS, _AROUND_VOXELS])[:, None] - np.array(start_zyx)
         sides_mm = np.clip(sides * grid.spacing_mm_zyx, 0.0, grid.extent_mm_zyx)[..., ::-1]
         held = (sides_mm[:, 1] > sides_mm[:, 0]).all(axis=1)
@@ -51,7 +51,7 @@ class SegmentBoxes:
 
         `lines` are as long as each other; they are spread evenly over an area of the picture.
         """
-        across = [each for each in range(3) if each != axis]
+        across = [dimension for dimension in range(3) if dimension != axis]
         low, high = self.low_mm_xyz[:, across], self.high_mm_xyz[:, across]
         sizes = (high - low).prod(axis=1)
         per_mm2 = len(lines.lengths_mm) / area_mm2

@@ -129,7 +129,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
             else:
                 choice, codes = chooser.choose(level.index, level.factors_zyx, names, draft.scratch, progress.advance)
             waiting.append((level, beside.submit(_measured, choice, codes, level, seen, lit, steps, is_edited), codes))
-        choices = [_written(draft, plan, *each) for each in waiting]
+        choices = [_written(draft, plan, *value) for value in waiting]
     filters = {choice.level: choice.filter for choice in choices}
     labelled = _drawing(plan).labelled
     previews = preview_levels(choices, plan.levels[0].index, plan.render.tolerance, segments=labelled)
@@ -210,7 +210,7 @@ def _chooser(
 
 def _budget(coarser: Sequence[LevelPlan], candidates: Candidates) -> RefineBudget | None:
     """Return the budget of refinement; None if no level may be refined."""
-    if not any("refined" in each for each in candidates.values()):
+    if not any("refined" in candidate for candidate in candidates.values()):
         return None
     return THOROUGH if any(level.refine == "thorough" for level in coarser) else AUTO
 

@@ -102,8 +102,8 @@ def view_rays(  # noqa: PLR0917 - the parts of a channel's scan
     corners_mm = np.argwhere(seen)[:, ::-1] * block_mm - offset_mm
     boxes = SegmentBoxes.of(() if labelled is None else labelled.boxes, grid, crop.start_zyx)
     shifted = [
-        replace(each, lines=replace(each.lines, starts_mm_xyz=each.lines.starts_mm_xyz + offset_mm))
-        for each in _groups(grid, corners_mm, block_mm, boxes, lit=lit is not None)
+        replace(group, lines=replace(group.lines, starts_mm_xyz=group.lines.starts_mm_xyz + offset_mm))
+        for group in _groups(grid, corners_mm, block_mm, boxes, lit=lit is not None)
     ]
     lowest, highest = measured.statistics.minimum, measured.statistics.maximum
     codes, window = _codes(volume, info, (lowest, highest))
@@ -256,7 +256,7 @@ def _inside(
 ) -> Float64Array:
     """Return places in the parts of blocks that are inside the box."""
     low, high = np.maximum(corners_mm, 0.0), np.minimum(corners_mm + block_mm, extent_mm_xyz)
-    low, high = (each[(high > low).all(axis=1)] for each in (low, high))
+    low, high = (value[(high > low).all(axis=1)] for value in (low, high))
     if not len(low):
         return np.empty((0, 3))
     chosen = generator.integers(0, len(low), count)

@@ -116,7 +116,7 @@ def solve_field(
     The result is the same on any number of threads, and with samples that were `kept`. It is 0 everywhere if nothing is
     seen. With a `curve` [2, n] the share has these values; otherwise it follows from the samples.
     """
-    return solve_fields(lit, [factor * each for each in _COARSER], count, progress, kept, curve=curve)[-1]
+    return solve_fields(lit, [factor * value for value in _COARSER], count, progress, kept, curve=curve)[-1]
 
 
 def solve_fields(
@@ -226,7 +226,7 @@ class _NodeGrid(NamedTuple):
             last = texels.shape[axis] - 1
             at = np.linspace(0.0, last, count)
             low = at.astype(np.intp)
-            share = (at - low).astype(np.float32).reshape([-1 if each == axis else 1 for each in range(5)])
+            share = (at - low).astype(np.float32).reshape([-1 if index == axis else 1 for index in range(5)])
             below, above = texels.take(low, axis), texels.take(np.minimum(low + 1, last), axis)
             texels = below + share * (above - below)
         return texels

@@ -75,9 +75,11 @@ def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
 
 def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     light = required(plan.part(LightPlan))
-    transfers = dict.fromkeys(each.transfer for each in light.textures)
+    transfers = dict.fromkeys(texture.transfer for texture in light.textures)
     return Contribution(
-        textures=tuple(texture for each in transfers for texture in _textures(draft, plan, light, each, progress))
+        textures=tuple(
+            texture for transfer in transfers for texture in _textures(draft, plan, light, transfer, progress)
+        )
     )
 
 
@@ -96,7 +98,7 @@ def _textures(
         zip(fields, coded_alike(fields, holds_one=light.editable), strict=True)
     ):
         is_wanted = (transfer, bool(is_of_a_cut))
-        wanted = next(each for each in light.textures if (each.transfer, each.is_of_a_cut) == is_wanted)
+        wanted = next(texture for texture in light.textures if (texture.transfer, texture.is_of_a_cut) == is_wanted)
         stored = _stored(plan, light, field, codes).model_copy(update={"planes": light.planes if is_of_a_cut else ()})
         yield _written(draft, light, wanted, codes, stored)
 

@@ -95,13 +95,13 @@ def try_light(  # noqa: PLR0917 - the parts of a channel's scan
     lit = [replace(first, transfer_function=function) for function in functions]
     wanted = scene.lighting
     planes = plane_numbers(planes_in_box(wanted.clip_planes, grid)) if wanted.clip_planes else middle_plane(grid)
-    trials = [_tried(each, planes, progress, cut_light=wanted.clip_aware) for each in lit]
+    trials = [_tried(value, planes, progress, cut_light=wanted.clip_aware) for value in lit]
     *errors, cut, own, brightness = np.sqrt(np.max([trial.squares for trial in trials], axis=0)).tolist()
     tolerance = scene.tolerance.rmse
     misses = wanted.resolution == "auto" and errors[-1] > tolerance and texels(grid, 1) <= MOST_TEXELS
     full = None
     if wanted.resolution == 1 or misses:
-        full = math.sqrt(max(_at_full_resolution(each, progress) for each in lit))
+        full = math.sqrt(max(_at_full_resolution(bench, progress) for bench in lit))
     found = choice(np.array(errors), tolerance, wanted.resolution, texels(grid, 2), full)
     if found.factor is None:
         return replace(found, remark=f"baked light is left out: {found.reason}; lighting.resolution = 2 keeps it")

@@ -167,7 +167,7 @@ def _plan(level: LevelPlan, texel: TextureFormat, layout: MosaicLayout, between:
     return VolumePlan(
         level=level.index,
         names=names,
-        files=tuple(f"textures/{each}.ktx2" for each in names),
+        files=tuple(f"textures/{name}.ktx2" for name in names),
         format=texel,
         shape_zyx=(1, *layout.texture_shape_yx),
         mosaic=layout,

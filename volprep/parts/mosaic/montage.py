@@ -92,13 +92,13 @@ def _of_level(package: Package, level: int, role: Literal["volume", "normals"]) 
 def _of_slices(package: Package, textures: list[Texture]) -> UInt8Array:
     """Return the stack of the first transfer function across z, or another axis where z has none."""
     first = textures[0].transfer
-    axes = {each.slices.axis for each in textures if each.slices is not None and each.transfer == first}
+    axes = {texture.slices.axis for texture in textures if texture.slices is not None and texture.transfer == first}
     return _over_black(slice_texels(package, first or "", max(axes)))
 
 
 def _over_black(rgba: NDArray[np.generic]) -> UInt8Array:
     """Classified voxels [z, y, x, RGBA] as sRGB."""
-    return np.stack([encoded(np.asarray(each, np.float64) / 255, "black") for each in rgba])
+    return np.stack([encoded(np.asarray(value, np.float64) / 255, "black") for value in rgba])
 
 
 def _shape(voxels: NDArray[np.generic]) -> tuple[int, int, int]:

@@ -124,7 +124,7 @@ def _places(count: int, most: int, limit: int) -> tuple[int, int, int]:
 
     sides = range(1, min(limit, math.isqrt(max(most, 1))) + 1)
     found = (places(side, rows) for side in sides for rows in range(side, limit + 1) if side * rows <= max(most, 1))
-    return max(found, key=lambda each: (min(math.prod(each), count), -sum(each), -math.prod(each)))
+    return max(found, key=lambda value: (min(math.prod(value), count), -sum(value), -math.prod(value)))
 
 
 def _program(picture: str, scene: Scene) -> ProgramDesign:

@@ -59,7 +59,7 @@ def rows_of_bricks(
         coarse, places = None, (np.empty(0, np.float32),) * 3
         if coarser is not None:
             begins = zip((z, y, 0), inner_zyx, factors_zyx, level.shape_zyx, coarser.shape_zyx, strict=True)
-            found = [_places(*each) for each in begins]
+            found = [_places(*begin) for begin in begins]
             rows = [slice(int(at[0]), min(int(at[-1]) + 2, n)) for at, n in zip(found, coarser.shape_zyx, strict=True)]
             coarse = coarser.read_rows(rows[0], rows[1])
             firsts = (rows[0].start, rows[1].start, 0)

@@ -53,12 +53,13 @@ def _bricks(
     """Yield the bricks of all levels, the coarsest first, and collect their records."""
     source, spacing = codes_of_source(draft, plan), plan.grid.spacing_mm_zyx
     looks = [
-        CodeLook.of(Table.exact(each), plan.quantize.window, plan.quantize.bits) for each in plan.transfer_functions
+        CodeLook.of(Table.exact(function), plan.quantize.window, plan.quantize.bits)
+        for function in plan.transfer_functions
     ]
     visible = COMPOSITINGS[plan.shared.compositing].visible_table
-    shown = [visible(Table.exact(each)) for each in plan.transfer_functions]
+    shown = [visible(Table.exact(function)) for function in plan.transfer_functions]
     window = plan.quantize.window
-    seen = Looks([lookup_table(each, window, _ENTRIES) for each in plan.transfer_functions], source, spacing)
+    seen = Looks([lookup_table(function, window, _ENTRIES) for function in plan.transfer_functions], source, spacing)
     lit = wanted.programs[0].lighting != "none"
     # Codes in place of normalised stored values.
     soft_per_mm = SOFT_SLOPE / min(spacing) * (2**plan.quantize.bits - 1) if lit else None
@@ -123,7 +124,7 @@ def _is_empty(plan: ChannelPlan, shown: Sequence[Table], low: int, high: int) ->
     width = (last - first) / (2**plan.quantize.bits - 1)
     # The filter of a table reaches to the next entry.
     ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
-    return all(each.largest_extinction(*ends) == 0.0 for each in shown)
+    return all(table.largest_extinction(*ends) == 0.0 for table in shown)
 
 
 STAGE = Stage(

@@ -26,7 +26,7 @@ def composed(
     Without `skips` it looks at no skip table.
     """
     shaders = compose_program(package, design, rays, skips=skips)
-    before = tuple(_pass(design, each, number) for number, each in enumerate(shaders.before))
+    before = tuple(_pass(design, value, number) for number, value in enumerate(shaders.before))
     texts = {design.vertex: shaders.vertex, design.fragment: shaders.fragment}
     for each, made in zip(shaders.before, before, strict=True):
         texts[made.fragment] = each.fragment

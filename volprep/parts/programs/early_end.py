@@ -77,7 +77,9 @@ def cutoff_of(scene: Scene) -> float:
 def most(found: Sequence[EarlyEnd]) -> EarlyEnd:
     """Return what holds for all channels together: what the most opaque of them gains counts."""
     return EarlyEnd(
-        max(each.opacity for each in found), max(each.behind for each in found), max(each.saved for each in found)
+        max(ending.opacity for ending in found),
+        max(ending.behind for ending in found),
+        max(ending.saved for ending in found),
     )
 
 
@@ -89,7 +91,7 @@ def early_end_of(case: Case) -> EarlyEnd:
     slack = (last - first) * (1 / 255 + 1 / (case.values.entries - 1))
     low, high = case.measured.statistics.minimum - slack, case.measured.statistics.maximum + slack
     # The largest extinction of any value of the source, along the whole diagonal.
-    largest_per_mm = max(Table.exact(each).largest_extinction(low, high) for each in case.functions)
+    largest_per_mm = max(Table.exact(function).largest_extinction(low, high) for function in case.functions)
     opacity = 1.0 - math.exp(-largest_per_mm * math.hypot(*case.grid.extent_mm_zyx))
     spacing_mm_zyx, cutoff = case.info.grid.spacing_mm_zyx, cutoff_of(case.scene)
     rays_zyx, light = case.measured.rays_zyx, light_cost(case.scene)
@@ -117,7 +119,9 @@ def behind_cutoff(  # noqa: PLR0917 - rays and their parameters
     `rays_zyx` are physical values along each axis, [voxel, ray]; rays go both ways. `light` is the result of
     `light_cost`.
     """
-    shares = [_shares(Table.exact(each), rays_zyx, spacing_mm_zyx, between, cutoff, light) for each in functions]
+    shares = [
+        _shares(Table.exact(function), rays_zyx, spacing_mm_zyx, between, cutoff, light) for function in functions
+    ]
     return max(behind for behind, _ in shares), max(saved for _, saved in shares)
 
 

@@ -62,17 +62,17 @@ def _plan(case: Case) -> Case:
 def _in_pieces(case: Case) -> list[LevelPlan]:
     """Return level 0 if the package draws it in pieces or bricks only."""
     layout = case.layout
-    beside = [each for each in (case.part(SubvolumesPlan), case.part(OnDemandPlan)) if each is not None]
-    finest = layout.candidates[:1] if any(each.programs for each in beside) else ()
+    beside = [value for value in (case.part(SubvolumesPlan), case.part(OnDemandPlan)) if value is not None]
+    finest = layout.candidates[:1] if any(picture.programs for picture in beside) else ()
     return [level for level in finest if level.index < layout.levels[0].index]
 
 
 def _join(joint: Joint) -> Joint:
     """Give all channels the finest step that one of them needs, and one early end."""
     scene, choices = joint.scene, [case.decided(RayChoice) for case in joint.cases]
-    early_end = most([each.early_end for each in choices])
+    early_end = most([choice.early_end for choice in choices])
     cutoff = early_end.cutoff(scene)
-    rays = common_steps([each.steps for each in choices]).model_copy(update={"opacity_cutoff": cutoff})
+    rays = common_steps([choice.steps for choice in choices]).model_copy(update={"opacity_cutoff": cutoff})
     shared = joint.shared.model_copy(update={"rays": rays, "measure_steps": measures_steps(scene)})
     return joint.plus(items=[describe_early_end(early_end, cutoff, scene)], shared=shared)
 
@@ -108,7 +108,7 @@ def _chooser_of_cutoff(scene: Scene) -> Literal["plan", "scene"]:
 
 
 def _has_shadows(manifest: Manifest) -> bool | None:
-    return any(each.light is not None and each.light.shadows != "none" for each in manifest.programs) or None
+    return any(program.light is not None and program.light.shadows != "none" for program in manifest.programs) or None
 
 
 def _finds_the_same(technique: Technique) -> bool:
@@ -124,7 +124,7 @@ def _drawn_by(technique: Technique) -> AblationItem:
         always("wish"),
         without={"render": {"technique": _PLAIN}},
         added=lambda _: {"render": {"technique": technique.name}},
-        stated=lambda manifest: any(each.technique == technique.name for each in manifest.programs),
+        stated=lambda manifest: any(program.technique == technique.name for program in manifest.programs),
         chosen_by=by_the_scene,
         lossy=True,
     )

@@ -42,7 +42,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
 
 
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
-    parts = [(*each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
+    parts = [(*plan_of_one.levels, *plan_of_one.volumes, *plan_of_one.tables) for plan_of_one in plan.drawn_together]
     return (*present(plan.joint), plan.shared, *(record for part in parts for record in part))
 
 

@@ -97,7 +97,7 @@ def choose_steps(
             if level.index == 0 and not of_views:
                 reason = f"{reason}; an estimate along rays through parts of the scan; a build measures all of it"
             border = None if scene.segments is None else scene.segments.border
-            is_measured = border == "mixed" and any(each.looks is not None for each in rays)
+            is_measured = border == "mixed" and any(ray.looks is not None for ray in rays)
             if border is not None and not is_measured and voxels > LONGEST_AT_BORDERS[border]:
                 voxels = LONGEST_AT_BORDERS[border]
                 reason = f"borders of segments, {border}, need samples as close as that"
@@ -123,7 +123,7 @@ def _measured(  # noqa: PLR0917 - what is drawn, and the rays
     bench = partial(
         StepBench,
         compositing,
-        [Table.exact(each) for each in functions],
+        [Table.exact(function) for function in functions],
         is_segments=scene.render.classification == "preintegrated",
         layers=layers,
     )
@@ -192,7 +192,7 @@ def describe_steps(rays: RaySampling, choices: Sequence[StepChoice]) -> Iterator
         shared = "" if step_mm == choice.step_mm else f"; here {step_mm:.3g} mm, for another channel"
         reason = f"{choice.step_mm:.3g} mm, {choice.reason}{shared}"
         yield PlanItem(name=f"step of level {choice.level}", kind="step", level=choice.level, kept=True, reason=reason)
-    finest = next((each for each in choices if not each.in_pieces), None)
+    finest = next((choice for choice in choices if not choice.in_pieces), None)
     if finest is not None and finest.is_beyond:
         yield PlanItem(
             name="error of steps",
@@ -209,7 +209,7 @@ def _reduced(patch: NDArray[np.generic], factors_zyx: tuple[int, int, int]) -> F
     means: Float64Array = patch.astype(np.float64)
     # Axis by axis: a patch is as deep as the volume, and cells may be wider than a patch.
     for axis, factor in enumerate(factors_zyx):
-        missing = [(0, -n % factor if each == axis else 0) for each, n in enumerate(means.shape)]
+        missing = [(0, -n % factor if value == axis else 0) for value, n in enumerate(means.shape)]
         padded = np.pad(means, missing, mode="edge")
         shape = padded.shape
         means = padded.reshape(*shape[:axis], -1, factor, *shape[axis + 1 :]).mean(axis=axis + 1)

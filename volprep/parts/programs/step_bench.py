@@ -143,11 +143,13 @@ class StepBench:
         self._compositing = compositing
         self._layers = layers
         self._cases: list[_Case] = []
-        is_labelled = any(each.looks is not None for each in rays)
+        is_labelled = any(ray.looks is not None for ray in rays)
         for one in _each_drawn(tables, drawn or tables, is_labelled=is_labelled):
-            for number, views in enumerate(zip(*(each.views for each in rays), strict=True)):
+            for number, views in enumerate(zip(*(bench.views for bench in rays), strict=True)):
                 pairs = zip(rays, views, strict=True)
-                found = [each for these, view in pairs for each in [self._seen(these, one, view)] if each is not None]
+                found = [
+                    error for these, view in pairs for error in [self._seen(these, one, view)] if error is not None
+                ]
                 if found:
                     parts, truths = zip(*found, strict=True)
                     self._cases.append(_Case(number, one, parts, np.concatenate(truths)))
@@ -246,7 +248,7 @@ def _media(part: _Part, table: Table, step_mm: float, *, is_segments: bool) -> t
         colour, extinction = segment_light(table, ends[:-1], ends[1:], segment_mm)
     else:
         samples = _at(part.values, middles)
-        colour, extinction = (each.reshape(*samples.shape, *each.shape[1:]) for each in table.at(samples.ravel()))
+        colour, extinction = (value.reshape(*samples.shape, *value.shape[1:]) for value in table.at(samples.ravel()))
     if part.headlight is not None:
         colour = colour * _at(part.headlight, middles)[..., None]
     return colour, extinction, segment_mm
@@ -259,7 +261,7 @@ def _each_drawn(tables: Sequence[Table], used: Sequence[Table], *, is_labelled: 
         return
     every = range(len(tables))
     for styles in dict.fromkeys((tuple(every), *((style,) for style in every))):
-        yield _Drawn(tuple(tables[each] for each in styles), tuple(used[each] for each in styles), styles)
+        yield _Drawn(tuple(tables[style] for style in styles), tuple(used[style] for style in styles), styles)
 
 
 def _mixed_light(part: _Part, looks: Float32Array, count: int, step_mm: float, tables: Sequence[Table]) -> Float64Array:

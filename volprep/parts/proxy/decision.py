@@ -79,7 +79,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
     if form in {"convex", "box"} and occupied.any():
         # The space between occupied blocks along an axis lies in their convex hull.
         for axis in (0, 1, 2):
-            forth, back = (np.logical_or.accumulate(each, axis) for each in (enclosed, np.flip(enclosed, axis)))
+            forth, back = (np.logical_or.accumulate(value, axis) for value in (enclosed, np.flip(enclosed, axis)))
             enclosed = forth & np.flip(back, axis)
     if form == "box" and occupied.any():
         ends = [np.nonzero(occupied.any(axis=tuple({0, 1, 2} - {axis})))[0] for axis in range(3)]
@@ -108,7 +108,7 @@ def describe_proxy(
         return
     known = set(listed)
     for function, share in zip(functions, plan.shares, strict=True):
-        own = [path for each in plan.programs if each.transfer == function.name for path in shader_files(each)]
+        own = [path for program in plan.programs if program.transfer == function.name for path in shader_files(program)]
         files = tuple(path for path in dict.fromkeys(own) if path not in known)
         known.update(files)
         reason = _why_not(wanted, function.name, share)

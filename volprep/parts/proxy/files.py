@@ -78,6 +78,6 @@ def chosen_files(files: Sequence[MeshFile], draco: DracoWish) -> list[tuple[byte
     saved = [file.saved_bytes(data) for file, data in zip(files, packed, strict=True)]
     pays = sum(saved) > DECODER_BYTES
     return [
-        (data, True) if data is not None and (draco == "always" or (pays and each > 0)) else (file.plain, False)
-        for file, data, each in zip(files, packed, saved, strict=True)
+        (data, True) if data is not None and (draco == "always" or (pays and value > 0)) else (file.plain, False)
+        for file, data, value in zip(files, packed, saved, strict=True)
     ]

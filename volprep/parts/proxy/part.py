@@ -46,7 +46,7 @@ def _settings(plan: Plan) -> tuple[Record, ...]:
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     channels = [(channel, proxy) for channel in plan.channels if (proxy := channel.part(ProxyPlan)) is not None]
     progress.start("proxy", sum(len(proxy.meshes) for _, proxy in channels))
-    made = [each for channel, proxy in channels for each in _meshes(draft, channel, proxy, progress)]
+    made = [mesh for channel, proxy in channels for mesh in _meshes(draft, channel, proxy, progress)]
     # One scene, so that all channels have the same wishes.
     wishes = channels[0][1]
     return Contribution(proxy=Proxy(epsilon=wishes.epsilon, meshes=_written(draft, wishes.draco, made)))

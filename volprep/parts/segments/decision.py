@@ -42,7 +42,7 @@ def style_boxes(scene: Scene, found: FoundSegments | None) -> dict[str, VoxelBox
     """
     if found is None or scene.segments is None:
         return {}
-    record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
+    record, order = segments_of(found, scene.segments, [transfer.name for transfer in scene.transfer], scene.name)
     of_style: dict[str, list[VoxelBox]] = {name: [] for name in record.transfers}
     for label, box in enumerate(found.boxes):
         if box is not None:
@@ -70,10 +70,7 @@ def style_blocks(
 
 KIND = "segments"
 """Kind of the item of the plan."""
-LABEL_FORMATS: dict[bool, TextureFormat] = {
-    False: "r8unorm",
-    True: "rg8unorm",
-}
+LABEL_FORMATS: dict[bool, TextureFormat] = {False: "r8unorm", True: "rg8unorm"}
 """Format of labels, by whether they have two bytes."""
 _CLASSIFICATIONS = frozenset(("lookup", "palette", "control-points"))
 
@@ -124,7 +121,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"classification {render.classification}", render.classification not in _CLASSIFICATIONS, classified
     if render.compositing in OF_ONE_VALUE:
         for name in ("isovalue", "reference_mm"):
-            several = len({getattr(each, name) for each in scene.transfer}) > 1
+            several = len({getattr(transfer, name) for transfer in scene.transfer}) > 1
             yield f"transfer functions of several {name}", several, f"give all of them the same {name}"
     yield f"lighting.baked {scene.lighting.baked}", scene.lighting.baked != "none", 'set lighting.baked = "none"'
     compression = scene.textures.compression
@@ -148,7 +145,7 @@ def within_styles(case: Case) -> Case:
     if case.segments is None:
         return case
     boxes = style_boxes(case.scene, case.segments)
-    functions = tuple(each for each in case.functions if each.name in boxes)
+    functions = tuple(function for function in case.functions if function.name in boxes)
     return replace(case, functions=functions, boxes=boxes, drawn_alone=False)
 
 
@@ -161,7 +158,7 @@ def plan_segments(case: Case, empty_space: SkipInputs) -> SegmentsPlan | None:
     scene, found, layout = case.scene, case.segments, case.layout
     if found is None or scene.segments is None:
         return None
-    record, order = segments_of(found, scene.segments, [each.name for each in scene.transfer], scene.name)
+    record, order = segments_of(found, scene.segments, [transfer.name for transfer in scene.transfer], scene.name)
     tables, _ = skip_tables(case, record, empty_space)
     sets, _ = label_sets(tables, layout.levels, case.profile)
     functions = len(record.transfers) if scene.render.classification == "lookup" else 0
@@ -238,15 +235,15 @@ def label_sets(
                 shape_zyx=(1, *sets_shape(blocks)),
             )
         )
-    fits = all(max(each.shape_zyx) <= profile.max_texture_size for each in found)
+    fits = all(max(texture.shape_zyx) <= profile.max_texture_size for texture in found)
     reason = "an app that hides segments makes skip tables from them, so that rays skip hidden segments"
     if not found:
         reason = "there are no skip tables"
     elif not fits:
         reason = f"they do not fit into a texture of profile {profile.name}, so rays sample hidden segments"
     kept = tuple(found) if fits else ()
-    size = sum(size_bytes(each.format, each.shape_zyx) for each in found)
-    files = tuple(each.file for each in kept)
+    size = sum(size_bytes(texture.format, texture.shape_zyx) for texture in found)
+    files = tuple(texture.file for texture in kept)
     item = PlanItem(
         name="labels of blocks", kind="label-sets", kept=bool(kept), reason=reason, files=files, size_bytes=size
     )
@@ -256,7 +253,7 @@ def label_sets(
 def segment_items(plan: SegmentsPlan, found: FoundSegments, scene: Scene) -> Iterator[PlanItem]:
     """List the decisions about segments."""
     overlaps = sum(len(label.segments) > 1 for label in plan.labels)
-    volume_bytes = sum(size_bytes(plan.format, each.shape_zyx) * len(each.files) for each in plan.textures)
+    volume_bytes = sum(size_bytes(plan.format, texture.shape_zyx) * len(texture.files) for texture in plan.textures)
     unnamed = sum(segment.title is None for segment in plan.segments)
     yield PlanItem(
         name=plan.name,

@@ -45,7 +45,7 @@ def label_texture(level: LevelPlan, profile: DeviceProfile, units: int, *, wide:
     return LabelTexturePlan(
         level=level.index,
         names=names,
-        files=tuple(f"textures/{each}.ktx2" for each in names),
+        files=tuple(f"textures/{name}.ktx2" for name in names),
         shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
         mosaic=layout,
         channels=(level.channel,),

@@ -66,7 +66,7 @@ class _Contested(NamedTuple):
 
     @classmethod
     def of(cls, parts: "list[_Contested]") -> "_Contested":
-        block, label, voxels = (np.concatenate(each) for each in zip(*parts, strict=True))
+        block, label, voxels = (np.concatenate(value) for value in zip(*parts, strict=True))
         return cls(block, label, voxels)
 
     def only(self, chosen: NDArray[np.bool_]) -> "_Contested":

@@ -49,7 +49,9 @@ def _error(segments: Segments, texel_format: LookupFormat, case: Case) -> float:
     opacities = np.array([opacity for *_, opacity in wanted])
     held = looks_of_texels(look_texels(wanted, texel_format))[: len(wanted), 3]
     off = np.divide(np.abs(held - opacities), opacities, out=np.zeros_like(opacities), where=opacities > 0)
-    densest_per_mm = {each.name: max(point.extinction_per_mm for point in each.points) for each in case.functions}
+    densest_per_mm = {
+        function.name: max(point.extinction_per_mm for point in function.points) for function in case.functions
+    }
     longest_mm = float(np.linalg.norm(case.grid.extent_mm_zyx))
     depths = opacities * [densest_per_mm[label.transfer] * longest_mm for label in segments.labels]
     depths = np.minimum(depths, 1.0)

@@ -32,8 +32,8 @@ def segments_of(
     styles = _styles(found, wanted.style, scene)
     names = _names(found.segments, free=wanted.names == "free")
     segments = tuple(
-        _segment(each, style, name, inside, free=wanted.names == "free")
-        for each, style, name in zip(found.segments, styles, names, strict=True)
+        _segment(segment, style, name, inside, free=wanted.names == "free")
+        for segment, style, name in zip(found.segments, styles, names, strict=True)
     )
     of_label = [outside if not members else segments[members[0]].transfer for members in found.members]
     # Labels of one transfer function stand next to each other, so that a shader tells them by comparing numbers.
@@ -48,8 +48,8 @@ def segments_of(
         border=wanted.border,
         # A segment without a voxel has no label: the package may lack the function of its style.
         segments=tuple(
-            each if each.transfer in transfers_shown else each.model_copy(update={"transfer": outside})
-            for each in segments
+            segment if segment.transfer in transfers_shown else segment.model_copy(update={"transfer": outside})
+            for segment in segments
         ),
         labels=labels,
         outside=wanted.outside_opacity,
@@ -64,7 +64,7 @@ def style_looks(record: Segments) -> Float64Array:
     Hidden segments count as visible, because an app may show them.
     """
     shown = record.model_copy(
-        update={"segments": tuple(each.model_copy(update={"visible": True}) for each in record.segments)}
+        update={"segments": tuple(segment.model_copy(update={"visible": True}) for segment in record.segments)}
     )
     of_label = np.array(looks(shown))
     of_label[:, :3] *= of_label[:, 3:]
@@ -102,10 +102,10 @@ def _styles(found: FoundSegments, styles: Sequence[SegmentStyle], scene: str) ->
     for style in styles:
         places = list(range(len(chosen)))
         if style.labels:
-            known = [_known_as(each) for each in found.segments]
+            known = [_known_as(segment) for segment in found.segments]
             missing = [label for label in style.labels if not any(_key(label) in names for names in known)]
             if missing:
-                shown = ", ".join(sorted({str(each.number) for each in found.segments})[:20])
+                shown = ", ".join(sorted({str(segment.number) for segment in found.segments})[:20])
                 raise VolprepError("VP3222", path=scene, label=missing[0], numbers=shown)
             wanted = {_key(label) for label in style.labels}
             places = [place for place, names in enumerate(known) if names & wanted]

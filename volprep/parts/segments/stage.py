@@ -92,7 +92,7 @@ def _light_of_scan(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan, l
     Nothing there could vanish. On a CT with four masks it took 20 % of the voxels of the bone at an eighth, to keep
     half of its own light: FLIP was 0.50, and 0.40 with box means.
     """
-    functions = {each.name: each for each in channel.transfer_functions}
+    functions = {function.name: function for function in channel.transfer_functions}
     every = [functions[label.transfer] for label in segments.labels]
     first, last = channel.quantize.window
     finest = codes_of_source(draft, channel)
@@ -103,7 +103,7 @@ def _light_of_scan(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan, l
 
 def _light(draft: Draft, channel: ChannelPlan, segments: SegmentsPlan, wanted: Float64Array, index: int) -> LevelLight:
     """Return how much light each label has at level 0, and how much it would have in each voxel of a level."""
-    functions = {each.name: each for each in channel.transfer_functions}
+    functions = {function.name: function for function in channel.transfer_functions}
     styles = [functions[name] for name in segments.transfers]
     level = codes_of_level(draft, channel, index)
     physical = np.linspace(*channel.quantize.window, 2**channel.quantize.bits)

@@ -124,10 +124,10 @@ def skip_together(
     found = media[0][1]
     # The losses add up.
     epsilon = wanted.epsilon / len(media)
-    share = _share(np.any([measured_occupied(function, epsilon, each) for function, each in media], axis=0))
+    share = _share(np.any([measured_occupied(function, epsilon, field) for function, field in media], axis=0))
     kind, block = _kind_and_block(wanted, found.levels[0])
     size = sum(math.prod(_table_shape(level, kind, block)) for level in levels)
-    reason = next((why for _, each in media if (why := why_not(wanted, 1.0 if hiding else share, each))), None)
+    reason = next((why for _, value in media if (why := why_not(wanted, 1.0 if hiding else share, value))), None)
     if reason is not None:
         return (), reason, size
     tables = tuple(skip_table_plan(name, level, kind, block, found.profile) for level in levels)

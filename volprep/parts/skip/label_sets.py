@@ -52,7 +52,7 @@ def _entries(labels: Numbers, block: int) -> Iterator[_Entries]:
     yield alike << 16 | low[alike]
     several = np.flatnonzero(low != high)
     along = [np.arange(min(block + 1, length)) for length in labels.shape]
-    at_once = max(1, _VOXELS_AT_ONCE // math.prod(len(each) for each in along))
+    at_once = max(1, _VOXELS_AT_ONCE // math.prod(len(value) for value in along))
     for first in range(0, len(several), at_once):
         own = several[first : first + at_once]
         starts = np.unravel_index(own, ranges.shape_zyx)

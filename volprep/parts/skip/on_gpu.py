@@ -18,7 +18,7 @@ def ranges_on_gpu(draft: Draft, plan: ChannelPlan, level: LevelPlan, block: int)
 
     Of classified voxels the opacity is measured.
     """
-    volume = next(each for each in plan.volumes if each.level == level.index)
+    volume = next(volume for volume in plan.volumes if volume.level == level.index)
     decoded = texels_on_gpu(draft, volume)
     if volume.transfer is not None:
         read = volume_reader(draft, plan, volume)

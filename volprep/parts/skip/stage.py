@@ -69,7 +69,10 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
 
 
 def _settings_together(plan: Plan) -> tuple[Record, ...]:
-    parts = [(each.part(SkipPlan), *each.levels, *each.volumes, *each.tables) for each in plan.drawn_together]
+    parts = [
+        (channel_plan.part(SkipPlan), *channel_plan.levels, *channel_plan.volumes, *channel_plan.tables)
+        for channel_plan in plan.drawn_together
+    ]
     return (*present(plan.joint), plan.shared.grid, *(record for part in parts for record in present(*part)))
 
 
@@ -140,7 +143,7 @@ def _labelled(
     labels = held_labels(draft.manifest.textures, wanted.level, draft.read_bytes)
     styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
     texels = label_set_texels(labels, wanted.block, styles, shown)
-    sets = next((each for each in segments.label_sets if each.level == wanted.level), None)
+    sets = next((label_set for label_set in segments.label_sets if label_set.level == wanted.level), None)
     visible = np.ones(len(segments.labels), np.bool_)
     if sets is not None:
         visible = visible_labels(looks(segments), segments.look_format)
@@ -226,7 +229,7 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 
 def _shapes_together(_draft: Draft, plan: Plan) -> Shapes:
     sets = plan.segments.label_sets if plan.segments else ()
-    return {each.file: each.shape_zyx for each in (*(plan.joint.skip_tables if plan.joint else ()), *sets)}
+    return {table.file: table.shape_zyx for table in (*(plan.joint.skip_tables if plan.joint else ()), *sets)}
 
 
 def _is_needed(plan: Plan) -> bool:

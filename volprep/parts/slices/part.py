@@ -102,7 +102,9 @@ def _record(
 
 def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
     return {
-        each.file: (1, *each.shape_yx) for stack in required(plan.part(SlicesPlan)).stacks for each in stack.textures
+        texture.file: (1, *texture.shape_yx)
+        for stack in required(plan.part(SlicesPlan)).stacks
+        for texture in stack.textures
     }
 
 

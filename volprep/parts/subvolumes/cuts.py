@@ -52,7 +52,7 @@ def _kind(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> PointKind:
 def _touching(place_zyx: tuple[int, ...], counts_zyx: tuple[int, ...]) -> tuple[int, ...]:
     _, ny, nx = counts_zyx
     beside = [
-        [each for each in (at - 1, at) if 0 <= each < count] for at, count in zip(place_zyx, counts_zyx, strict=True)
+        [value for value in (at - 1, at) if 0 <= value < count] for at, count in zip(place_zyx, counts_zyx, strict=True)
     ]
     return tuple(i + nx * (j + ny * k) for k, j, i in product(*beside))
 

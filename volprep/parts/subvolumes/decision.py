@@ -91,9 +91,9 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
             return None
         size = proposed.size
     form, classified = form_of(scene, profile, grid, size, voxels), classification_of(scene, profile, voxels)
-    for each in (form, classified):
-        if isinstance(each, Misfit):
-            raise VolprepError("VP3030", profile=profile.name, size=size, reason=each.reason)
+    for outcome in (form, classified):
+        if isinstance(outcome, Misfit):
+            raise VolprepError("VP3030", profile=profile.name, size=size, reason=outcome.reason)
     assert isinstance(form, Form)  # noqa: S101 - the alternative is a Misfit
     assert not isinstance(classified, Misfit)  # noqa: S101 - the same
     if form.held_bytes > profile.max_texture_bytes:
@@ -218,7 +218,7 @@ def _texture_text(subvolumes: SubvolumesPlan, plan: ChannelPlan, scene: Scene) -
     text = "" if subvolumes.mosaic is None else f"; each piece is a {mosaic_text(subvolumes.mosaic)}"
     if subvolumes.label_bytes:
         text += "; a texel holds the value of a voxel and its label"
-    if {each.classification for each in subvolumes.programs} - {scene.render.classification}:
+    if {program.classification for program in subvolumes.programs} - {scene.render.classification}:
         units = plan.profile.texture_units
         text += f", and samples are classified by the control points, since tables beside {HELD} pieces take more than "
         text += f"the {units} units"

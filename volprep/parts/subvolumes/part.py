@@ -18,7 +18,7 @@ from volprep_formats.package.storage.draft import Draft
 def _plan(case: Case) -> Case:
     stored, segments = case.values.quantize, case.part(SegmentsPlan)
     voxels = voxels_of(case.scene, stored.bits, stored.filter, segments)
-    pictures = (segments.name,) if segments else tuple(each.name for each in case.functions)
+    pictures = (segments.name,) if segments else tuple(function.name for function in case.functions)
     return case.plus(plan_subvolumes(case.scene, case.profile, case.grid, voxels, case.layout.volumes, pictures))
 
 

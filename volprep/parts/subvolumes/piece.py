@@ -70,7 +70,7 @@ def form_of(scene: Scene, profile: DeviceProfile, grid: Grid, size: int, voxels:
     if size < 2 + 2 * ghost:
         return Misfit(f"a lit piece needs {2 + 2 * ghost} voxels along an axis, a cell and its neighbours")
     cuts = [cuts_along(n, size, even=even, ghost=ghost) for n in grid.shape_zyx]
-    z, y, x = (max(last - first for first, last in spans_of(each, ghost)) + 1 for each in cuts)
+    z, y, x = (max(last - first for first, last in spans_of(cut, ghost)) + 1 for cut in cuts)
     if profile.max_3d_texture_size:
         return _volume((z, y, x), size, voxels, profile)
     found = [_mosaic((z, y, x), order, voxels, profile) for order in _orders(scene, voxels)]

@@ -26,13 +26,7 @@ from volprep_formats.grid import Index
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution, SubvolumeFiles
 from volprep_formats.package.parts.segments.texels import flagged, label_texels, labels_of_texels
-from volprep_formats.package.parts.subvolumes.record import (
-    Cuts,
-    Subvolume,
-    SubvolumeGrid,
-    ViewThresholds,
-    encode_grid,
-)
+from volprep_formats.package.parts.subvolumes.record import Cuts, Subvolume, SubvolumeGrid, ViewThresholds, encode_grid
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import SEGMENT_LABELS
 from volprep_formats.package.texture import dimension_of
@@ -59,9 +53,9 @@ class PieceLabels:
     def rows(self, z: slice, y: slice) -> UInt8Array:
         """Return texels of the rows `y` of the slices `z` of level 0, [z, y, x, byte]."""
         # The last cells may have several labels: their far corners are one voxel further along each axis.
-        behind = [slice(each.start, min(each.stop + 1, n)) for each, n in zip((z, y), self.shape_zyx, strict=False)]
+        behind = [slice(span.start, min(span.stop + 1, n)) for span, n in zip((z, y), self.shape_zyx, strict=False)]
         rows_z, rows_y = (
-            slice(start + each.start, start + each.stop) for each, start in zip(behind, self.start_zyx, strict=False)
+            slice(start + span.start, start + span.stop) for span, start in zip(behind, self.start_zyx, strict=False)
         )
         first, count = self.start_zyx[2], self.shape_zyx[2]
         labels = self.order[self.volume.read_rows(rows_z, rows_y)[:, :, first : first + count]]
@@ -174,7 +168,7 @@ def _is_empty(plan: ChannelPlan, wanted: SubvolumesPlan, low: int, high: int) ->
     # The filter of a table reaches to the next entry.
     ends = first + low * width - plan.value_slack, first + high * width + plan.value_slack
     shown = COMPOSITINGS[plan.shared.compositing].visible_table
-    return all(shown(Table.exact(each)).largest_extinction(*ends) == 0.0 for each in plan.transfer_functions)
+    return all(shown(Table.exact(function)).largest_extinction(*ends) == 0.0 for function in plan.transfer_functions)
 
 
 def _whole(plan: ChannelPlan, codes: RawVolume) -> Iterator[bytes | memoryview]:

@@ -62,8 +62,8 @@ def in_one_texture(
 
 def chain_bytes(volumes: Sequence[VolumePlan], volume: VolumePlan) -> int:
     """Size on the device of the textures of a level, with all mipmaps where they are one texture."""
-    held = [each for each in volumes if each.files == volume.files]
-    return sum(size_bytes(each.format, each.shape_zyx) * len(each.files) for each in held)
+    held = [other for other in volumes if other.files == volume.files]
+    return sum(size_bytes(volume.format, volume.shape_zyx) * len(volume.files) for volume in held)
 
 
 def describe_mipmaps(levels: Sequence[LevelPlan], volumes: Sequence[VolumePlan]) -> Iterator[PlanItem]:

@@ -23,7 +23,9 @@ from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:
-    classified = [each for each in plan.transfer_functions if any(each.name == v.transfer for v in plan.volumes)]
+    classified = [
+        function for function in plan.transfer_functions if any(function.name == v.transfer for v in plan.volumes)
+    ]
     volumes = (volume for volume in plan.volumes if volume.sampling == "texture3d")
     return (*volumes, *classified, *flattening(plan))
 

@@ -57,7 +57,7 @@ def choose_together(plans: Sequence[ChannelPlan], measured: Sequence[Measured], 
     items: list[PlanItem] = []
     for name in names:
         pairs = zip(plans, measured, strict=True)
-        plan, found = next((plan, each) for plan, each in pairs if name in plan.transfers)
+        plan, found = next((plan, value) for plan, value in pairs if name in plan.transfers)
         if plan.channel in seen:
             _refuse(scene, f"{seen[plan.channel]} and {name} both draw channel {plan.channel}")
         function = plan.function(name)
@@ -125,7 +125,7 @@ def plan_together(
         files=tuple(dict.fromkeys(path for program in programs for path in shader_files(program) if path not in named)),
     )
     drawable = [level for level in group[0].levels if level.index in {volume.level for volume in levels}]
-    founds = {plan.channel: _found(plan, each, scene) for plan, each in zip(plans, measured, strict=True)}
+    founds = {plan.channel: _found(plan, measured, scene) for plan, measured in zip(plans, measured, strict=True)}
     if grids is None:
         tables, skipping = _skipping(group, founds, drawn, drawable, scene)
     else:
@@ -190,7 +190,9 @@ def _skipping_apart(
 ) -> PlanItem:
     """Decide whether each channel of several grids skips its empty space, by the tables of its own pictures."""
     planned = [plan.part(SkipPlan) for plan in group]
-    sizes = {(each.transfer, each.level): math.prod(each.shape_zyx) for skip in planned if skip for each in skip.tables}
+    sizes = {
+        (table.transfer, table.level): math.prod(table.shape_zyx) for skip in planned if skip for table in skip.tables
+    }
     shown = [transfer for transfer in drawn.transfers.values() if (transfer, levels[0].index) in sizes]
     reason = f"rays look at the tables of {', '.join(shown)}" if shown else "no channel has a table of its own"
     if not all(_fits(group, level.index, [sizes[name, level.index] for name in shown]) for level in levels):

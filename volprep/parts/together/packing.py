@@ -113,7 +113,7 @@ def _packed(group: Sequence[ChannelPlan], level: LevelPlan, names: tuple[str, ..
     volume = VolumePlan(
         level=level.index,
         names=textures_of,
-        files=tuple(f"textures/{each}.ktx2" for each in textures_of),
+        files=tuple(f"textures/{texture}.ktx2" for texture in textures_of),
         format=texel,
         shape_zyx=level.shape_zyx if layout is None else (1, *layout.texture_shape_yx),
         mosaic=layout,
@@ -130,8 +130,8 @@ def _beside(group: Sequence[ChannelPlan], level: int) -> Beside:
         tables += [size_bytes(table.format, table.shape_zyx) for table in plan.preintegrated]
         planned = plan.part(NormalsPlan)
         normals = [] if planned is None else planned.of_level(level)
-        units += (1 if tables else 0) + sum(len(each.files) for each in normals)
+        units += (1 if tables else 0) + sum(len(texture.files) for texture in normals)
         size += max(tables, default=0)
         if planned is not None:
-            size += sum(size_bytes(planned.format, each.shape_zyx) * len(each.files) for each in normals)
+            size += sum(size_bytes(planned.format, texture.shape_zyx) * len(texture.files) for texture in normals)
     return Beside(units=units, bytes=size)

@@ -162,7 +162,10 @@ class _Trials:
     def _best_window(self, bits: Literal[8, 16], *, whole: bool) -> _Trial:
         tried = _windows(self._settings, bits, self._info, self._measured, self._shown)[: 1 if whole else None]
         quantizers = [Quantizer(bits, window, not has_exact_16_bits(self._profile)) for window in tried]
-        trials = [_Trial(each, self.bench.error(each, self.lengths[-1]), self._lit_error(each)) for each in quantizers]
+        trials = [
+            _Trial(quantizer, self.bench.error(quantizer, self.lengths[-1]), self._lit_error(quantizer))
+            for quantizer in quantizers
+        ]
         # min keeps the first of equal ones: the widest.
         return min(trials, key=lambda trial: trial.error.rmse)
 
@@ -245,7 +248,7 @@ def _lit_bench(
     exact = scene.source.labels or scene.editable or compositing.isovalue
     if scene.render.lighting == "none" or exact or compositing.lit_rays is None:
         return None
-    return LitBench(measured, info, [Table.exact(each) for each in functions], compositing.lit_rays, scene)
+    return LitBench(measured, info, [Table.exact(function) for function in functions], compositing.lit_rays, scene)
 
 
 def _label_settings(settings: QuantizeSettings, measured: Measured, profile: DeviceProfile) -> QuantizeSettings:

@@ -62,7 +62,7 @@ class BrickFile:
     @property
     def stored(self) -> Held:
         """Every brick that is stored."""
-        return tuple(each["size_bytes"] > 0 for each in self.records)
+        return tuple(record["size_bytes"] > 0 for record in self.records)
 
     def parent(self, level: int, place: Sequence[int]) -> Triple:
         """Return the brick of the next level that covers a brick."""

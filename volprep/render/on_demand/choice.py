@@ -48,13 +48,13 @@ def choose(
             (low, middle) if view.bound(bricks, held_of(bricks, wanted[:middle])) <= target else (middle + 1, high)
         )
     held = held_of(bricks, wanted[:low])
-    fetched = sum(int(each["size_bytes"][there].sum()) for each, there in zip(bricks.records, held, strict=True))
+    fetched = sum(int(record["size_bytes"][there].sum()) for record, there in zip(bricks.records, held, strict=True))
     return ChosenBricks(held, view.bound(bricks, held), floor + low, fetched)
 
 
 def held_of(bricks: BrickFile, chosen: list[Place]) -> Held:
     """Return the coarsest level and these bricks."""
-    held = tuple(np.zeros(each.shape, np.bool_) for each in bricks.records)
+    held = tuple(np.zeros(record.shape, np.bool_) for record in bricks.records)
     held[-1][...] = bricks.stored[-1]
     for level, place in chosen:
         held[level][place] = True

@@ -27,7 +27,12 @@ def from_bricks(
     """
     manifest, layout = bricks.package.manifest, bricks.layout
     shown = next(
-        (each for each in manifest.pictures if each.on_demand is not None and picture in {None, each.name}), None
+        (
+            candidate
+            for candidate in manifest.pictures
+            if candidate.on_demand is not None and picture in {None, candidate.name}
+        ),
+        None,
     )
     if shown is None or shown.on_demand is None:
         raise undrawable(bricks.package, "bricks on demand", picture, "no such picture from bricks")

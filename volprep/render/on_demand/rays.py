@@ -95,7 +95,7 @@ def _ends(
 ) -> tuple[Float64Array, Float64Array, tuple[Float64Array, Float64Array]]:
     """Return the ends of rays on the near and the far plane [ray, xyz], and the distance to the pixel beside there."""
     across = (np.arange(RAYS) + 0.5) / RAYS * 2 - 1
-    y, x = (each.ravel() for each in np.meshgrid(-across, across, indexing="ij"))
+    y, x = (value.ravel() for value in np.meshgrid(-across, across, indexing="ij"))
 
     def plane(depth: float, aside: float = 0.0) -> Float64Array:
         clip = np.stack([x + aside, y, np.full_like(x, depth), np.ones_like(x)])

@@ -74,8 +74,8 @@ def _window(planes: Planes, of_slice: Sequence[int]) -> tuple[tuple[int, int], t
 
 def _turned(shape_zyx: tuple[int, int, int], axis: int) -> tuple[int, int, int]:
     """Return the shape with one axis, 0 for x to 2 for z, first."""
-    order = (2 - axis, *(each for each in range(3) if each != 2 - axis))
-    depth, rows, columns = (shape_zyx[each] for each in order)
+    order = (2 - axis, *(dimension for dimension in range(3) if dimension != 2 - axis))
+    depth, rows, columns = (shape_zyx[axis] for axis in order)
     return depth, rows, columns
 
 
@@ -150,7 +150,7 @@ def _lines(starts: Float64Array, ends: Float64Array, height: int) -> tuple[NDArr
     """
     low, high = np.minimum(starts[:, 1], ends[:, 1]), np.maximum(starts[:, 1], ends[:, 1])
     first, stop = (
-        np.clip(np.ceil((each + 0.5) * SUBLINES - 0.5), 0, height * SUBLINES).astype(np.intp) for each in (low, high)
+        np.clip(np.ceil((value + 0.5) * SUBLINES - 0.5), 0, height * SUBLINES).astype(np.intp) for value in (low, high)
     )
     return first, stop
 

@@ -149,16 +149,16 @@ def _of_contours(path: Path, found: Contours, grid: Grid) -> Fitted:
         raise VolprepError("VP1411", path=path, difference=problem, own=_box_of(found), scan=described(grid))
     planes = _planes(path, found, grid)
     distances = _distances(planes)
-    steps = sum(steps_of(each, distances[index], grid.shape_zyx) for index, each in planes.items())
+    steps = sum(steps_of(plane, distances[index], grid.shape_zyx) for index, plane in planes.items())
     if steps > _MOST_STEPS:
         raise VolprepError("VP3291", path=path, work=steps, most=_MOST_STEPS)
     overlaps = Overlaps(path, grid.shape_zyx, len(found.segments))
     volumes = np.zeros(len(found.segments))
-    for index, each in planes.items():
-        for covered in covered_slices(each, distances[index], grid.shape_zyx):
+    for index, plane in planes.items():
+        for covered in covered_slices(plane, distances[index], grid.shape_zyx):
             volumes[index] += float(covered.share.sum()) * _voxel_ml(grid)
             own = (covered.share >= _HALF) * np.uint16(index + 1)
-            overlaps.add(covered.place, own, 2 - each.axis, covered.corner)
+            overlaps.add(covered.place, own, 2 - plane.axis, covered.corner)
     remarks = (*found.remarks, *_thickness(found, planes, distances, grid), *contours_beyond(found.rings, grid))
     return Fitted(*overlaps.combined(), found.segments, tuple(volumes.tolist()), remarks)
 
@@ -183,7 +183,7 @@ def _distances(planes: dict[int, Planes]) -> dict[int, float]:
 
     Segments of a plane or two have that of the others, or else that of the slices.
     """
-    own = {index: each.usual_distance for index, each in planes.items()}
+    own = {index: stack.usual_distance for index, stack in planes.items()}
     known = sorted(distance for distance in own.values() if distance is not None)
     others = known[(len(known) - 1) // 2] if known else 1.0
     return {index: others if distance is None else distance for index, distance in own.items()}
@@ -191,10 +191,10 @@ def _distances(planes: dict[int, Planes]) -> dict[int, float]:
 
 def _thickness(found: Contours, planes: dict[int, Planes], distances: dict[int, float], grid: Grid) -> tuple[str, ...]:
     """Say which slab of the scan a contour fills, and which gaps stay empty."""
-    reach_mm = [distances[index] / 2 * grid.spacing_mm_zyx[2 - each.axis] for index, each in planes.items()]
+    reach_mm = [distances[index] / 2 * grid.spacing_mm_zyx[2 - stack.axis] for index, stack in planes.items()]
     least, most = f"{min(reach_mm):.4g}", f"{max(reach_mm):.4g}"
     reach = least if least == most else f"{least} to {most}"
-    holes = [found.segments[index].number for index, each in planes.items() if each.holes(distances[index])]
+    holes = [found.segments[index].number for index, stack in planes.items() if stack.holes(distances[index])]
     gaps = f", and gaps that are not filled: segments {numbers_text(holes)}" if holes else ""
     return (f"contours reach half-way to the next plane, and {reach} mm beyond the first and the last one{gaps}",)
 

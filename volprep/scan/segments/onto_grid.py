@@ -121,6 +121,6 @@ def _mirrored(grid: Grid, target: Grid) -> str:
 def _ends(grid: Grid) -> Float64Array:
     """Return the least and the greatest world coordinates of a grid's box [2, 3]."""
     extent = grid.extent_mm_zyx[::-1]
-    corners = np.array(list(product(*((0.0, each) for each in extent), (1.0,)))) @ grid.world_from_box.T
+    corners = np.array(list(product(*((0.0, length) for length in extent), (1.0,)))) @ grid.world_from_box.T
     ends: Float64Array = np.stack([corners[:, :3].min(axis=0), corners[:, :3].max(axis=0)])
     return ends

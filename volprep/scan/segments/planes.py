@@ -77,7 +77,7 @@ def planes_of(rings_mm: Sequence[Float64Array], items: Sequence[int], grid: Grid
     for number, ring in enumerate(rings):
         if np.ptp(ring[:, axis]) > _OFF_PLANE:
             return _off_plane(rings_mm[number], number + 1, grid, axis)
-    across = [each for each in range(3) if each != axis]
+    across = [dimension for dimension in range(3) if dimension != axis]
     places = [float(ring[:, axis].mean()) for ring in rings]
     centres: list[float] = []
     planes: list[dict[int, dict[bytes, Float64Array]]] = []

@@ -92,18 +92,21 @@ def found_segments(fitted: Fitted, sha256: str, table: str | None = None) -> Fou
     public = table in LABEL_TABLES
     segments = tuple(
         FoundSegment(
-            number=each.number,
-            name=each.name or (known[each.number].name if each.number in known and not public else ""),
-            public=known[each.number].name if each.number in known and public else "",
+            number=segment.number,
+            name=segment.name or (known[segment.number].name if segment.number in known and not public else ""),
+            public=known[segment.number].name if segment.number in known and public else "",
             code=None
-            if each.code is None
+            if segment.code is None
             else FoundCode(
-                scheme=each.code.scheme, value=each.code.value, meaning=each.code.meaning, public=each.code.is_public
+                scheme=segment.code.scheme,
+                value=segment.code.value,
+                meaning=segment.code.meaning,
+                public=segment.code.is_public,
             ),
-            colour=each.colour or (srgb_of(known[each.number].colour) if each.number in known else None),
+            colour=segment.colour or (srgb_of(known[segment.number].colour) if segment.number in known else None),
             volume_ml=volume_ml,
         )
-        for each, volume_ml in zip(fitted.segments, fitted.volumes_ml, strict=True)
+        for segment, volume_ml in zip(fitted.segments, fitted.volumes_ml, strict=True)
     )
     boxes = _boxes(fitted.labels, len(fitted.members))
     return FoundSegments(
@@ -133,7 +136,7 @@ def holding_segments(found: FoundSegments) -> tuple[int, ...]:
 def _empty(fitted: Fitted, boxes: Sequence[VoxelBox | None]) -> Iterator[str]:
     """Name segments without a voxel."""
     held = {index for members, box in zip(fitted.members, boxes, strict=True) if box for index in members}
-    numbers = [each.number for index, each in enumerate(fitted.segments) if index not in held]
+    numbers = [segment.number for index, segment in enumerate(fitted.segments) if index not in held]
     if numbers:
         yield f"segments without a voxel of the scan: {numbers_text(numbers)}"
 
@@ -150,7 +153,7 @@ def _boxes(labels: LabelArray, count: int) -> tuple[VoxelBox | None, ...]:
             y, x = np.nonzero(marked)
             label = plane[y, x]
             z_with[label, z] = y_with[label, y] = x_with[label, x] = True
-    return tuple(_box(each) for each in zip(z_with, y_with, x_with, strict=True))
+    return tuple(_box(value) for value in zip(z_with, y_with, x_with, strict=True))
 
 
 def _box(with_label: Sequence[NDArray[np.bool_]]) -> VoxelBox | None:

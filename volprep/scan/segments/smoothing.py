@@ -27,7 +27,7 @@ _BYTES_PER_VOXEL = 32
 
 def widest_smoothing_mm(shape_zyx: tuple[int, int, int], spacing_mm_zyx: tuple[float, float, float]) -> float:
     """Return the largest standard deviation for labels of this shape."""
-    reach_mm = (max(n / _PART, _FARTHEST) * each for n, each in zip(shape_zyx, spacing_mm_zyx, strict=True))
+    reach_mm = (max(n / _PART, _FARTHEST) * value for n, value in zip(shape_zyx, spacing_mm_zyx, strict=True))
     return min(reach_mm) / _CUT_OFF
 
 
@@ -59,17 +59,17 @@ def _smoothed_slab(labels: LabelArray, z0: int, z1: int, kernels: Sequence[Float
     reach = [len(kernel) - 1 for kernel in kernels]
     low, high = max(z0 - reach[0], 0), min(z1 + reach[0], len(labels))
     beyond = (low - (z0 - reach[0]), z1 + reach[0] - high)
-    around = np.pad(labels[low:high], [beyond, *((each, each) for each in reach[1:])], mode="edge")
+    around = np.pad(labels[low:high], [beyond, *((value, value) for value in reach[1:])], mode="edge")
     shape = (z1 - z0, *labels.shape[1:])
     best, chosen = np.zeros(shape), np.zeros(shape, np.uint16)
     for label in np.unique(around):
         mask = around == label
         # The filtered mask is 0 farther from the label than the kernel reaches.
         ends = [np.flatnonzero(mask.any(axis=tuple({0, 1, 2} - {axis})))[[0, -1]] for axis in range(3)]
-        first = [max(int(end[0]) - 2 * each, 0) for end, each in zip(ends, reach, strict=True)]
+        first = [max(int(end[0]) - 2 * margin, 0) for end, margin in zip(ends, reach, strict=True)]
         last = [min(int(end[1]) + 1, n) for end, n in zip(ends, shape, strict=True)]
         inner = tuple(slice(start, stop) for start, stop in zip(first, last, strict=True))
-        outer = tuple(slice(each.start, each.stop + 2 * far) for each, far in zip(inner, reach, strict=True))
+        outer = tuple(slice(span.start, span.stop + 2 * far) for span, far in zip(inner, reach, strict=True))
         share = _filtered(mask[outer].astype(np.float64), kernels)
         greater = share > best[inner]
         best[inner][greater] = share[greater]
@@ -91,4 +91,4 @@ def _filtered(mask: Float64Array, kernels: Sequence[Float64Array]) -> Float64Arr
 
 
 def _part(array: Float64Array, axis: int, start: int, count: int) -> NDArray[np.float64]:
-    return array[tuple(slice(start, start + count) if each == axis else slice(None) for each in range(3))]
+    return array[tuple(slice(start, start + count) if dimension == axis else slice(None) for dimension in range(3))]

@@ -58,7 +58,7 @@ def _label_points(first: list[str], opacity: float) -> list[dict[str, object]]:
 def preset_names() -> tuple[str, ...]:
     """Names of the presets, in order."""
     folder = files(__name__)
-    return tuple(sorted(each.name.removesuffix(".toml") for each in folder.iterdir() if each.name.endswith(".toml")))
+    return tuple(sorted(path.name.removesuffix(".toml") for path in folder.iterdir() if path.name.endswith(".toml")))
 
 
 @cache

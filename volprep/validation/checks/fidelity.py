@@ -28,14 +28,18 @@ def fidelity_findings(package: Package, scans: Mapping[str, Volume], *, wanted: 
     `wanted` is whether the scene asks for the record. Raises the errors of drawing.
     """
     manifest = package.manifest
-    stated = {(shown.name, each.level): each.fidelity for shown, each in manifest.drawings if each.fidelity is not None}
+    stated = {
+        (shown.name, drawing.level): drawing.fidelity
+        for shown, drawing in manifest.drawings
+        if drawing.fidelity is not None
+    }
     if wanted != bool(stated):
         is_there = "a fidelity that the scene does not ask for" if stated else "no fidelity"
         yield Deviation(code="VP6044", item="fidelity", problem=f"the manifest states {is_there}")
         return
     if not wanted:
         return
-    found = {(each.transfer, each.level): each for each in _measured(package, scans)}
+    found = {(fidelity.transfer, fidelity.level): fidelity for fidelity in _measured(package, scans)}
     for transfer, level in sorted(stated.keys() ^ found.keys()):
         problem = "is stated for nothing" if (transfer, level) in stated else "is not stated"
         yield Deviation(code="VP6044", item=f"fidelity of level {level} with {transfer}", problem=problem)

@@ -46,9 +46,9 @@ def measure_light(bench: Bench, program: PictureProgram) -> TracedLight | None:
         lights.append((replace(lit, environment=environment), subject.turned(_TURN)))
     beyond: list[Float64Array] = []
     noise: list[Float64Array] = []
-    for (each, drawn), name in product(lights, _VIEWS):
+    for (value, drawn), name in product(lights, _VIEWS):
         camera = subject.cameras[name].box_from_clip(scan.grid, aspect=1.0)
-        truth = traced_picture(each, camera, (_PIXELS, _PIXELS), _PATHS)
+        truth = traced_picture(value, camera, (_PIXELS, _PIXELS), _PATHS)
         picture = drawn.through(scan, program.transfer, camera, (_PIXELS, _PIXELS)).rgba
         beyond.append(squares_beyond_noise(picture, truth))
         noise.append(truth.variance[truth.rgba[..., 3] > 0.0, :3].mean(axis=1))

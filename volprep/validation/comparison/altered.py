@@ -39,7 +39,7 @@ def with_common_tables(package: Package) -> Package:
 
 def _with_program(manifest: Manifest, program: PictureProgram) -> Manifest:
     """Replace a program, and leave out textures of samplers that it does not have."""
-    (before,) = (each for each in manifest.programs if each.name == program.name)
+    (before,) = (same for same in manifest.programs if same.name == program.name)
 
     def textures(drawing: Drawing) -> list[str]:
         if program.name != drawing.program:

@@ -103,15 +103,15 @@ def _coarse_levels(
             boxes = beside.submit(_boxes, bench, viewed, level, reference or {})
             kind = ray_caster_of(subject.package, level.index, program.transfer)
             kinds: tuple[type[Renderer], ...] = (kind, Renderer)
-            for each in dict.fromkeys(kinds):
-                renderer = each(subject.package, level=level.index, transfer=program.transfer)
+            for fromkey in dict.fromkeys(kinds):
+                renderer = fromkey(subject.package, level=level.index, transfer=program.transfer)
                 with renderer, bench.clock.part("drawing"):
                     pictures = {
                         name: renderer.render(camera, subject.shape_hw) for name, camera in subject.views.items()
                     }
                 found.append(beside.submit(_coarse_level, bench, renderer, viewed, pictures, boxes, reference))
             bench.progress.advance()
-        return [each.result() for each in found]
+        return [view.result() for view in found]
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def _coarse_level(  # noqa: PLR0917 - pictures, and their references
         excused=is_preview and _excuse(boxes, tolerance),
         pixels=pixels_of(subject, level),
         sizes=sizes,
-        right_up_to_pixels=next((each.pixels for each in sizes if each.passed), None),
+        right_up_to_pixels=next((size.pixels for size in sizes if size.passed), None),
         styles=subject.kept_styles(level, tolerance.kept_light),
         views=views,
     )
@@ -359,11 +359,13 @@ def _front_to_back(
 
 def unproved(manifest: Manifest, results: Sequence[ProgramResult]) -> tuple[str, ...]:
     """Return the programs of a package, with levels, that `results` have not drawn, by their names."""
-    drawn: set[tuple[str, int | None]] = {(each.program, each.level) for each in results}
-    drawn |= {(other.program, other.level) for each in results for other in each.others}
-    drawn |= {(each.empty_space.drawn_by, each.level) for each in results if each.empty_space is not None}
+    drawn: set[tuple[str, int | None]] = {(result.program, result.level) for result in results}
+    drawn |= {(other.program, other.level) for result in results for other in result.others}
+    drawn |= {(result.empty_space.drawn_by, result.level) for result in results if result.empty_space is not None}
     every = [(drawing.program, drawing.level) for _, drawing in manifest.drawings if drawing.program is not None]
-    every += [(each.at_mesh.program, each.level) for _, each in manifest.drawings if each.at_mesh is not None]
-    beside = (each for picture in manifest.pictures for each in (picture.pieces, picture.on_demand))
-    every += [(each.program, 0) for each in beside if each is not None]
+    every += [
+        (drawing.at_mesh.program, drawing.level) for _, drawing in manifest.drawings if drawing.at_mesh is not None
+    ]
+    beside = (value for picture in manifest.pictures for value in (picture.pieces, picture.on_demand))
+    every += [(part.program, 0) for part in beside if part is not None]
     return tuple(f"program {name} at level {level}" for name, level in every if (name, level) not in drawn)

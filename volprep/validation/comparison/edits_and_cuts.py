@@ -132,7 +132,7 @@ def judge_cut(bench: Bench, transfer: str) -> Iterator[OtherDrawing]:
         width = width_pixels(cameras.values(), record.grid, subject.shape_hw[0])
         for name, camera in cameras.items():
             matrix = camera.box_from_clip(record.grid, 1.0)
-            pictures = [subject.through(each, transfer, matrix, subject.shape_hw).rgba for each in (taken, truth)]
+            pictures = [subject.through(value, transfer, matrix, subject.shape_hw).rgba for value in (taken, truth)]
             one, other = (picture.astype(np.float32) for picture in pictures)
             views.append(judged(name, one, other, subject.render.tolerance, width))
     at = ", ".join(str(start) for start in record.start_zyx[::-1])

@@ -53,11 +53,11 @@ def _comparison(
         drawn = [subject.on_codes(transfer, SWEEP_VIEW, level.index)]
         if subject.has_own_table(transfer, level.index):
             drawn.append(subject.on_data(transfer, SWEEP_VIEW, level.index))
-    shown = [box, *(each.rgba for each in drawn), truth]
+    shown = [box, *(picture.rgba for picture in drawn), truth]
     name = f"{PICTURES}/{program.name}-level{level.index}.png"
-    bench.folder.picture(name, np.concatenate([encoded(each, "black") for each in shown], axis=1))
+    bench.folder.picture(name, np.concatenate([encoded(rgba, "black") for rgba in shown], axis=1))
     with bench.clock.part("comparing"):
-        found = [errors(each, truth) for each in shown[:-1]]
+        found = [errors(rgba, truth) for rgba in shown[:-1]]
     bench.progress.advance()
     return LevelComparison(
         level=level.index,

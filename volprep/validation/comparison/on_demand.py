@@ -41,7 +41,7 @@ def judge_on_demand(bench: Bench, program: PictureProgram, viewed: ViewedProgram
     if picture is None or picture.on_demand is None:
         return
     bricks = BrickFile.of(subject.package)
-    stored = sum(int(each.sum()) for each in bricks.stored)
+    stored = sum(int(value.sum()) for value in bricks.stored)
     views = {**subject.views, **_closer(subject)}
     truths = _truths(bench, program.transfer, viewed, views)
     bench.progress.start(f"bricks on demand of {program.transfer}", len(_SHARES))

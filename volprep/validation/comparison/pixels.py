@@ -118,7 +118,7 @@ def errors_by_size(  # noqa: PLR0917 - the pictures, their views, and the limits
             between = errors_at((fails + passes_at) // 2)
             sizes.append(between)
             fails, passes_at = (fails, between.pixels) if between.passed else (between.pixels, passes_at)
-    return tuple(sorted(sizes, key=lambda each: -each.pixels))
+    return tuple(sorted(sizes, key=lambda size: -size.pixels))
 
 
 def _worst(pixels: int, views: Sequence[SeenNumbers], allowed: Tolerance) -> SizeErrors:

@@ -81,6 +81,6 @@ def _of_channel(subject: Subject, levels: Sequence[Level]) -> Iterator[Volume]:
             labels = frequent_level(stored, level.factors_zyx)
             yield Volume(labels, level.grid, scan.slope, scan.intercept, scan.nearest, scan.normals)
         return
-    for level, means in zip(levels, box_levels(stored, [each.factors_zyx for each in levels]), strict=True):
+    for level, means in zip(levels, box_levels(stored, [level.factors_zyx for level in levels]), strict=True):
         light = light_at_level(subject.package.manifest, scan.normals, level.factors_zyx)
         yield Volume(means, level.grid, scan.slope, scan.intercept, scan.nearest, light)

@@ -106,7 +106,7 @@ def place_picture(picture: FloatArray, truth: FloatArray, place: LeastKept) -> U
     half = min(max(longest // 2 + 8, 16), size // 2)
     starts = [min(max(at - half, 0), size - 2 * half) for at in middle]
     part = tuple(slice(start, start + 2 * half) for start in starts)
-    shown = [encoded(each[part], "black") for each in (truth, picture)]
+    shown = [encoded(value[part], "black") for value in (truth, picture)]
     factor = max(1, round(_PLACE_PIXELS / (2 * half)))
     gap = np.full((2 * half, 1, 3), 128, np.uint8)
     joined = np.concatenate([shown[0], gap, shown[1]], axis=1)

@@ -100,7 +100,7 @@ def _sweep(bench: Bench, stacks: Stacks, viewed: ViewedProgram) -> Sweep:
         drawing=errors(as_sparse(picture, len(on_data)), on_data),
     )
     sizes = {record.path: record.size_bytes for record in subject.package.manifest.files}
-    textures = [each for each in subject.package.manifest.textures if each.transfer == stacks.transfer]
+    textures = [texture for texture in subject.package.manifest.textures if texture.transfer == stacks.transfer]
     floor = LevelFloor(
         level=level.index,
         shape_zyx=level.grid.shape_zyx,

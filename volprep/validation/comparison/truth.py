@@ -17,7 +17,7 @@ def write_truth(first: Bench, measured: Iterable[tuple[Bench, ViewedProgram, Pro
         manifest_sha256=manifest_sha256(subject.package.path),
         picture_size=subject.shape_hw[0],
         step_mm=subject.step_mm,
-        programs=tuple(_program(number, *each) for number, each in enumerate(measured)),
+        programs=tuple(_program(number, *value) for number, value in enumerate(measured)),
     )
     first.folder.truth(TRUTH_FILE, (index.model_dump_json(indent=2) + "\n").encode())
 

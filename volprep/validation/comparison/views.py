@@ -134,9 +134,11 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
         for name in subject.views:
             compared[name] = compare(name, subject if name == kept_view else subject.drafted)
             bench.progress.advance()
-        for name in [name for name, each in compared.items() if _is_unsure(each.result()[0], subject.render.tolerance)]:
+        for name in [
+            name for name, pending in compared.items() if _is_unsure(pending.result()[0], subject.render.tolerance)
+        ]:
             compared[name] = compare(name, subject)
-        results = [each.result() for each in compared.values()]
+        results = [pending.result() for pending in compared.values()]
         driver = driver_of(renderer)
     views = tuple(view for view, _ in results)
     differences = {view.pictures.difference: difference for view, difference in results}
@@ -161,7 +163,7 @@ def _compared(  # noqa: PLR0917 - a view, and its known results
 
     `on_data` may have only some rows and columns.
     """
-    truth_of_data, drawn_of_data = (as_sparse(each, len(on_data.rgba)) for each in (truth.rgba, drawn))
+    truth_of_data, drawn_of_data = (as_sparse(value, len(on_data.rgba)) for value in (truth.rgba, drawn))
     with bench.clock.part("comparing"):
         seen = seen_numbers(drawn, truth.rgba, small_things(drawn, truth.rgba, width), is_of_target=True)
         total = errors(drawn, truth.rgba)

@@ -111,7 +111,7 @@ def _plan(draft: ComparingDraft, imported: Imported, manifest: Manifest, found: 
     """Make the plan of the scene, with the choices that trying has made."""
     plan = plan_draft(draft, imported.scene, found.profile, progress, imported.measured, tried=found.forms)
     noted = iter(found.levels)
-    return plan.model_copy(update={"channels": tuple(_chosen(each, manifest, noted) for each in plan.channels)})
+    return plan.model_copy(update={"channels": tuple(_chosen(channel, manifest, noted) for channel in plan.channels)})
 
 
 def _chosen(plan: ChannelPlan, manifest: Manifest, noted: Iterator[str]) -> ChannelPlan:

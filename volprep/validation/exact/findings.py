@@ -35,7 +35,7 @@ def findings_of(package: Package, draft: ComparingDraft, items: Sequence[PlanIte
         yield Deviation(code="VP6031", item="manifest.json", problem=problem)
     shaders = {record.path for record in derived.files_of("shader")}
     for path, difference in draft.differences.items():
-        texture = next((each for each in derived.textures if each.file == path), None)
+        texture = next((texture for texture in derived.textures if texture.file == path), None)
         if texture is not None and _is_fitted(texture) and _within_a_step(package, draft, texture):
             continue
         if path in shaders and not same_version:
@@ -110,5 +110,5 @@ def _within_a_step(package: Package, draft: ComparingDraft, texture: Texture) ->
     whole = (
         np.uint16 if images[0].data.dtype == np.float16 else np.dtype("<u4") if is_integral else images[0].data.dtype
     )
-    numbers = [each.data.view(whole).astype(np.int64) for each in images]
+    numbers = [image.data.view(whole).astype(np.int64) for image in images]
     return bool(np.abs(numbers[0] - numbers[1]).max() <= 1)

@@ -20,7 +20,7 @@ _NOT_DERIVED = {"generator", "state", "stages", "files", "preview", "plan"}
 def manifest_differences(found: Manifest, derived: Manifest) -> list[str]:
     """Return the differences of the manifest `found` from `derived`, a sentence for each field."""
     exclude = _NOT_DERIVED
-    one, other = (each.model_dump(mode="json", exclude=exclude) for each in (found, derived))
+    one, other = (manifest.model_dump(mode="json", exclude=exclude) for manifest in (found, derived))
     # Seal measures it, which is the last stage and draws.
     for drawing in (drawing for picture in one["pictures"] for drawing in picture["drawings"]):
         drawing["fidelity"] = None

@@ -16,7 +16,7 @@ _Pixel = Annotated[int, Field(ge=0)]
 
 def least_light(kept: Iterable[float | None]) -> float | None:
     """Return the least kept light that was measured; None if none was."""
-    return min((each for each in kept if each is not None), default=None)
+    return min((value for value in kept if value is not None), default=None)
 
 
 class LeastKept(Record):

@@ -54,8 +54,8 @@ def kept_styles(  # noqa: PLR0917 - segments, what they give, and what is asked
         labels = {name: _labels(segments, own, name) for name in kept}
         gone = [name for name, part in kept.items() if part < least]
         small = {name for name in gone if voxels_of_level[labels[name]].sum() < 0.5}
-        name = min(kept, key=lambda each: kept[each], default=None)
-        parts = {each: kept_parts(labels[each], transfer) for each in kept if each not in gone}
+        name = min(kept, key=lambda segment: kept[segment], default=None)
+        parts = {segment: kept_parts(labels[segment], transfer) for segment in kept if segment not in gone}
         found.append(
             KeptStyle(
                 transfer=transfer,
@@ -66,8 +66,8 @@ def kept_styles(  # noqa: PLR0917 - segments, what they give, and what is asked
                 lost=tuple(name for name in gone if name not in small),
                 too_small=tuple(name for name in gone if name in small),
                 lost_parts=tuple(
-                    f"{each} ({lost} of {len(lights)} parts)"
-                    for each, lights in parts.items()
+                    f"{value} ({lost} of {len(lights)} parts)"
+                    for value, lights in parts.items()
                     if (lost := int((lights < least).sum()))
                 ),
             )
@@ -136,7 +136,7 @@ class LabelledSubject(Subject):
         """Draw box means of the scan with the most frequent label of each box."""
         (volume,) = volumes
         manifest = self.package.manifest
-        grid, level = manifest.grid, next(each for each in manifest.levels if each.grid == volume.grid)
+        grid, level = manifest.grid, next(level for level in manifest.levels if level.grid == volume.grid)
         if grid is None:
             msg = "a sealed package without a grid"
             raise ValueError(msg)

@@ -137,4 +137,4 @@ def _around(stored: NDArray[np.generic], part: Part, layers: int) -> list[NDArra
 
 
 def _along(axis: int, voxels: slice) -> tuple[slice, ...]:
-    return tuple(voxels if each == axis else slice(None) for each in range(3))
+    return tuple(voxels if dimension == axis else slice(None) for dimension in range(3))

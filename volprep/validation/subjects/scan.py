@@ -66,7 +66,7 @@ class Judge:
         channels = drawn_channels(self.scene)
         if not channel and len(channels) == 1:
             return channels[0].spec
-        names = [each.name for each in channels]
+        names = [channel.name for channel in channels]
         if channel not in names:
             raise VolprepError(
                 "VP1241", path="the scene", wanted=channel or "for a package of one", found=", ".join(names)

@@ -79,7 +79,9 @@ class Subject:
         self.views = {name: camera.box_from_clip(self.grid, aspect=1.0) for name, camera in self.cameras.items()}
         """Matrix from clip coordinates to the package's box space by name of the standard view."""
         known = {function.name for function in package.manifest.transfer_functions}
-        programs = [each for each in package.manifest.level_programs if (each.transfer in known) == (channels is None)]
+        programs = [
+            program for program in package.manifest.level_programs if (program.transfer in known) == (channels is None)
+        ]
         self.programs = _finest(programs)
         """For each transfer function, or for the picture of several, the program that draws it at the finest level."""
         self._compositing = COMPOSITINGS[package.manifest.programs[0].compositing] if self.programs else _OF_SLICES
@@ -177,7 +179,7 @@ class Subject:
     @property
     def _is_colour(self) -> bool:
         """Whether the channels hold light and extinction."""
-        return self.is_of_several and any(each.classification == "colour" for each in self.programs)
+        return self.is_of_several and any(program.classification == "colour" for program in self.programs)
 
     @property
     def is_classified(self) -> bool:
@@ -291,7 +293,9 @@ class Subject:
         """Levels where the transfer function of `program` is drawn in the same way, finest first."""
         same = (program.sampling, program.transfer)
         programs = self.package.manifest.level_programs
-        return sorted({level for each in programs if (each.sampling, each.transfer) == same for level in each.levels})
+        return sorted(
+            {level for program in programs if (program.sampling, program.transfer) == same for level in program.levels}
+        )
 
     def functions(self, transfer: str) -> tuple[TransferFunction, ...]:
         """Return the transfer functions of a picture: the one of this name, or one for each of its channels."""
@@ -336,11 +340,11 @@ class Subject:
     ) -> OraclePicture:
         drawn = [
             replace(
-                each,
-                volume=replace(each.volume, normals=with_baked(each.volume.normals, self._baked)),
+                medium,
+                volume=replace(medium.volume, normals=with_baked(medium.volume.normals, self._baked)),
                 placed=self._placed.get(name),
             )
-            for each, name in zip(media, self._channels or ("",), strict=True)
+            for medium, name in zip(media, self._channels or ("",), strict=True)
         ]
         return self._compositing.oracle(
             media_of_colour(drawn) if self._is_colour else drawn, box_from_clip, shape_hw, tolerance=self._tolerance

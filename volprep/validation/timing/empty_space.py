@@ -297,7 +297,7 @@ def _mesh_read_ms(package: Package, transfer: str, level: int) -> float | None:
 def _picture(bench: Bench, program: PictureProgram, counts: list[Counts | None]) -> str | None:
     """Write the samples of each pixel in the view of the sweep, the ways side by side."""
     view = list(bench.subject.views).index(SWEEP_VIEW)
-    taken = [each[view][0] for each in counts if each is not None]
+    taken = [count[view][0] for count in counts if count is not None]
     if len(taken) < len(counts):
         return None
     name = f"{PICTURES}/{program.name}-samples.png"

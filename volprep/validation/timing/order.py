@@ -55,7 +55,9 @@ class OrderFacts:
     def limits(self) -> list[str]:
         """Possible reasons why the order is lower than theory has it, for people."""
         limits = [COMPOSITINGS[self.compositing].order_limit, TECHNIQUES[self.technique].order_limit]
-        jumps = any(lower.value == upper.value for each in self.functions for lower, upper in pairwise(each.points))
+        jumps = any(
+            lower.value == upper.value for function in self.functions for lower, upper in pairwise(function.points)
+        )
         if self.classification == "preintegrated":
             limits.append(
                 "Between two entries of the pre-integrated table the function counts as constant: no step is better "

@@ -230,7 +230,7 @@ def measure_sweep(
     steps = 2 * len(ratios) + len(_COARSE_RATIOS) * len(coarser)
     bench.progress.start(f"error against time, {program.name}", steps)
     small, smallest = sweeper.small, sweeper.smallest
-    truth, on_data = (smallest.of_its_rays(each.rgba) for each in (viewed.truth, viewed.on_data))
+    truth, on_data = (smallest.of_its_rays(picture.rgba) for picture in (viewed.truth, viewed.on_data))
     with clock.part("oracle"):
         on_table = smallest.on_table(program.transfer, SWEEP_VIEW, finest).rgba
     precise = sweeper.precise(finest, ratios)

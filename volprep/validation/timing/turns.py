@@ -38,4 +38,4 @@ def in_turns(draws: Mapping[_Key, Callable[[], float]], turns: int = LEAST_DRAWS
     for turn in range(turns):
         for key in [*draws][:: -1 if turn % 2 else 1]:
             times[key].append(draws[key]())
-    return {key: Milliseconds.of(Spread.of(each)) for key, each in times.items()}
+    return {key: Milliseconds.of(Spread.of(time)) for key, time in times.items()}

@@ -37,7 +37,7 @@ def _contradicted(report: Report, package: Path, folder: Path) -> VolprepError:
 
 
 def _unlike_paths(report: Report, package: Path, folder: Path) -> VolprepError:
-    rmse = max(light.rmse for each in report.programs for light in each.traced_lights if not light.passed)
+    rmse = max(light.rmse for program in report.programs for light in program.traced_lights if not light.passed)
     programs = ", ".join(report.verdict.unlike_paths)
     return VolprepError(
         "VP3242", path=package, report=folder, programs=programs, rmse=rmse, allowed=report.tolerance.rmse
@@ -76,7 +76,7 @@ def _beyond(report: Report, package: Path, folder: Path) -> VolprepError:
         "kept_allowed": allowed.kept_light,
         "report": folder,
     }
-    sweep = next(each.sweep for each in report.programs if each.program == verdict.worst_program)
+    sweep = next(measured.sweep for measured in report.programs if measured.program == verdict.worst_program)
     parts = sweep.breakdown
     if parts.texels is not None and parts.angle is not None and parts.target is not None:
         of_slices = {"texels": parts.texels.rmse, "angle": parts.angle.rmse, "target": parts.target.rmse}

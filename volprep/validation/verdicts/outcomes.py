@@ -138,11 +138,11 @@ def _structures(other: OtherDrawing) -> LostStructures | None:
     lost = [(view.view, view.full.lost) for view in other.views if view.full is not None and view.full.lost is not None]
     if not lost:
         return None
-    view, most = max(lost, key=lambda each: (each[1].thin + each[1].small, -each[1].kept_light))
+    view, most = max(lost, key=lambda value: (value[1].thin + value[1].small, -value[1].kept_light))
     return LostStructures(**most.model_dump(), view=view)
 
 
 def _contrast(other: OtherDrawing, tolerance: Tolerance) -> LostContrast | None:
     losses = [LostContrast(loss=view.full.contrast_loss, view=view.view) for view in other.views if view.full]
-    most = max(losses, key=lambda each: each.loss, default=None)
+    most = max(losses, key=lambda loss: loss.loss, default=None)
     return most if most is not None and most.loss > tolerance.maximum else None

@@ -126,10 +126,7 @@ def _lost_at_least(found: SeenNumbers) -> float:
 
 def share_of_errors(rmse: float, maximum: float, tolerance: Tolerance) -> float:
     """Return the larger share of a root mean square error over seen pixels and of a largest error."""
-    return max(
-        rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE),
-        maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE),
-    )
+    return max(rmse / max(tolerance.rmse, _SMALLEST_TOLERANCE), maximum / max(tolerance.maximum, _SMALLEST_TOLERANCE))
 
 
 def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
@@ -159,7 +156,7 @@ def _keeps_less(level: FullSize | None, box: FullSize | None, finest: SeenNumber
         return False
     within = (box.kept_light_at_most or box.kept_light) - box.kept_light
     certain = box.kept_light if box.kept_light > within else 0.0
-    kept, of_box = (min(max(each, 0.0), 1.0) for each in (level.kept_light_at_most, certain))
+    kept, of_box = (min(max(value, 0.0), 1.0) for value in (level.kept_light_at_most, certain))
     return kept < of_box - max(_lost(finest), 0.0) - _ROUNDING_KEPT
 
 
@@ -171,7 +168,7 @@ def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
     """
     worse = {"rmse": tolerance.rmse / _WORSE, "flip": tolerance.flip / _WORSE}
     allowed = tolerance.model_copy(update={"maximum": 1.0, **worse})
-    return any(not passes(each, allowed) for each in boxes)
+    return any(not passes(box, allowed) for box in boxes)
 
 
 def judge(
@@ -194,10 +191,16 @@ def judge(
     worst_program, worst = max(views, key=lambda item: share_of(item[1].seen, tolerance))
     # A picture from bricks is among the parts.
     failed = sum(not view.passed for program in programs if program.settled is None for view in program.views)
-    changed = tuple(each.program for each in programs if each.empty_space is not None and not each.empty_space.passed)
-    unlike = tuple(each.program for each in programs if any(not light.passed for light in each.traced_lights))
-    others = [other for each in programs for other in each.others]
-    settled = [each.settled.item for each in programs if each.settled is not None and _beyond_views(each, tolerance)]
+    changed = tuple(
+        program.program for program in programs if program.empty_space is not None and not program.empty_space.passed
+    )
+    unlike = tuple(program.program for program in programs if any(not light.passed for light in program.traced_lights))
+    others = [other for program in programs for other in program.others]
+    settled = [
+        program.settled.item
+        for program in programs
+        if program.settled is not None and _beyond_views(program, tolerance)
+    ]
     parts = [other.item for other in others if not other.passed and (other.loses_segments or not other.excused)]
     beyond = tuple(dict.fromkeys([*settled, *parts]))
     shifted = _items(other for other in others if other.shift_voxels > _MOST_SHIFT_VOXELS)

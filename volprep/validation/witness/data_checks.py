@@ -67,15 +67,15 @@ def check_levels(
     may have another hidden value. Texels of `is_light`, red, green or blue of a volume in colour, are sRGB.
     """
     name, quantization, levels = channel["name"], channel["quantization"], channel["levels"]
-    low, high = (float(each) for each in quantization["window"])
+    low, high = (float(value) for value in quantization["window"])
     step = (high - low) / (2.0 ** int(quantization["bits"]) - 1.0)
     textures = subject.package.manifest.textures
-    if any(each.encoder is not None for each in textures):
+    if any(texture.encoder is not None for texture in textures):
         raise CannotWitnessError("levels are compressed: pictures witness them")
-    if any(each.bricks is not None for each in textures):
+    if any(texture.bricks is not None for texture in textures):
         raise CannotWitnessError("levels are bricks without what cannot be seen: pictures witness them")
     volumes = subject.package.manifest.textures_of("volume")
-    if is_light and not all(each.format.endswith("srgb") for each in volumes):
+    if is_light and not all(volume.format.endswith("srgb") for volume in volumes):
         raise CannotWitnessError("its light is not stored as sRGB: pictures witness it")
     for level in levels:
         factors = tuple(level["factors_zyx"])
@@ -115,7 +115,7 @@ def _near_seen(fine: Floats, factors: tuple[int, ...], functions: Sequence[tuple
         seen |= (np.interp(blocks, values, extinctions) > 0.0).any(axis=(1, 3, 5))
     for axis in range(3):
         count: int = seen.shape[axis]
-        wider = np.pad(seen, [(int(each == axis),) * 2 for each in range(3)])
+        wider = np.pad(seen, [(int(dimension == axis),) * 2 for dimension in range(3)])
         seen = np.logical_or.reduce([wider.take(range(k, k + count), axis) for k in range(3)])
     return seen
 
@@ -165,7 +165,7 @@ def _check_place(name: str, level: Json, finest: Json) -> WitnessCheck:
 def _blocks(fine: Floats, factors: tuple[int, ...]) -> Floats:
     """Return [z, fz, y, fy, x, fx]: each block of a level; edges are repeated."""
     padded = np.pad(fine, [(0, -n % f) for n, f in zip(fine.shape, factors, strict=True)], mode="edge")
-    shape = [each for n, f in zip(padded.shape, factors, strict=True) for each in (n // f, f)]
+    shape = [length for n, f in zip(padded.shape, factors, strict=True) for length in (n // f, f)]
     return padded.reshape(shape)
 
 
@@ -200,7 +200,7 @@ def check_table(
     texels = read_texture(path, texture["file"])[0, 0].astype(np.float64)
     largest = texture.get("max_extinction_per_mm")
     at = np.linspace(*window, len(texels))
-    expected = np.column_stack([np.interp(at, values, each) for each in (*colours.T, extinctions)])
+    expected = np.column_stack([np.interp(at, values, column) for column in (*colours.T, extinctions)])
     step = at[1] - at[0]
     jumps = values[1:][np.diff(values) == 0.0]
     kept = np.abs(at[:, None] - jumps).min(axis=1, initial=np.inf) > step

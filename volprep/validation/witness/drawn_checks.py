@@ -40,7 +40,7 @@ def check_pictures(
     """Draw some pixels of each view and compare them with the truth's and the package's."""
     pixels = asked.bench.subject.shape_hw[0]
     at = np.unique(np.rint((np.arange(_ACROSS) + 0.37) / _ACROSS * pixels - 0.5).astype(np.intp))
-    rows, columns = (each.ravel() for each in np.meshgrid(at, at, indexing="ij"))
+    rows, columns = (value.ravel() for value in np.meshgrid(at, at, indexing="ij"))
     spacing = np.linalg.norm(shown[0].scan.world_from_index[:3, :3], axis=0)
     voxels = _FINE_STEP_VOXELS if scene.compositing in _OF_ONE_SAMPLE else _STEP_VOXELS
     step_mm = voxels * float(spacing.min())
@@ -52,7 +52,7 @@ def check_pictures(
         changes.append(np.abs(coarse - best))
         truth_pixels.append(truth[rows, columns].astype(np.float64))
         drawn_pixels.append(asked.viewed.drawn[view][rows, columns].astype(np.float64))
-    fine, errors, truths, drawn = (np.concatenate(each) for each in (fines, changes, truth_pixels, drawn_pixels))
+    fine, errors, truths, drawn = (np.concatenate(parts) for parts in (fines, changes, truth_pixels, drawn_pixels))
     yield from compared(asked.program.name, (fine, errors), truth=truths, drawn=drawn, scene=scene)
     # Filtering the colours of classified voxels makes the whole picture slightly brighter or darker.
     if not asked.bench.subject.is_classified:

@@ -48,21 +48,21 @@ def ask_witness(statements: Iterable[Statement], kept_view: str, scratch: Path) 
     found: list[WitnessedProgram] = []
     missing: list[NotWitnessed] = []
     views: VtkViews | None = None
-    for each in statements:
-        blend = _BLENDS.get(each.bench.subject.compositing)
-        reason = _why_not(each)
+    for statement in statements:
+        blend = _BLENDS.get(statement.bench.subject.compositing)
+        reason = _why_not(statement)
         if blend is None or reason is not None:
-            no_blend = f"VTK has no compositing {each.bench.subject.compositing}"
-            missing.append(NotWitnessed(item=each.program.name, reason=reason or no_blend))
+            no_blend = f"VTK has no compositing {statement.bench.subject.compositing}"
+            missing.append(NotWitnessed(item=statement.program.name, reason=reason or no_blend))
             continue
-        subject, bench = each.bench.subject, each.bench
-        bench.progress.start(f"VTK draws {each.program.transfer}", 1)
+        subject, bench = statement.bench.subject, statement.bench
+        bench.progress.start(f"VTK draws {statement.program.transfer}", 1)
         with bench.clock.part("witness"):
-            function = subject.function(each.program.transfer)
+            function = subject.function(statement.program.transfer)
             cameras = [*subject.cameras.values()]
             views = draw_views(subject.scan, function, blend, cameras, pixels=subject.shape_hw[0], scratch=scratch)
         bench.progress.advance()
-        found.append(_judged(each, views, kept_view))
+        found.append(_judged(statement, views, kept_view))
     return Witness(
         renderer=None if views is None else views.renderer,
         driver=None if views is None else views.driver,

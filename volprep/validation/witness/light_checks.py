@@ -45,7 +45,9 @@ _LIMIT = 1e-6
 
 def check_turned_light(subject: Subject, scene: WitnessedScene) -> Iterator[WitnessCheck]:
     """Compare the environments of all light that an app turns, as they are and turned."""
-    textures = [each for each in subject.package.manifest.textures if each.light and each.light.model.turnable]
+    textures = [
+        texture for texture in subject.package.manifest.textures if texture.light and texture.light.model.turnable
+    ]
     if not textures:
         raise CannotWitnessError("the package holds none")
     for texture in textures:

@@ -91,7 +91,7 @@ def check_function(subject: Subject, wanted: WitnessedFunction, diagonal_mm: flo
     if wanted.values is not None:
         values = np.array([point.value for point in points])
         found["value, as part of the largest"] = (values - wanted.values) / max(np.abs(wanted.values).max(), 1e-300)
-    worst = max(found, key=lambda each: float(np.abs(found[each]).max()))
+    worst = max(found, key=lambda name: float(np.abs(found[name]).max()))
     yield WitnessCheck(
         item=f"transfer function {name}",
         by=NUMPY,
@@ -113,7 +113,7 @@ def check_cameras(subject: Subject, grid: Json, projection: str) -> Iterator[Wit
     box, pixels = box_of(grid, projection), subject.shape_hw[0]
     corner, _ = corner_and_size(grid)
     direction = np.array(grid["direction"], dtype=np.float64)
-    rows, columns = (np.array(each, dtype=np.float64) for each in ((0, 1, pixels - 1), (2, pixels - 1, 0)))
+    rows, columns = (np.array(value, dtype=np.float64) for value in ((0, 1, pixels - 1), (2, pixels - 1, 0)))
     worst = 0.0
     for name, box_from_clip in subject.views.items():
         origins, directions = rays(name, box, pixels, rows, columns)

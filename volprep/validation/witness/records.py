@@ -79,14 +79,14 @@ class Witness(Record):
     @property
     def disagreeing(self) -> tuple[str, ...]:
         """Programs with a view that VTK does not agree with."""
-        return tuple(each.program for each in self.programs if not each.passed)
+        return tuple(program.program for program in self.programs if not program.passed)
 
     @property
     def unwitnessed(self) -> tuple[str, ...]:
         """Items that no witness covers, with the reasons."""
-        return tuple(f"{each.item} ({each.reason})" for each in self.missing)
+        return tuple(f"{witnessed.item} ({witnessed.reason})" for witnessed in self.missing)
 
     @property
     def contradicted(self) -> tuple[str, ...]:
         """Items about which the second reading disagrees."""
-        return tuple(each.item for each in self.checks if not each.passed)
+        return tuple(check.item for check in self.checks if not check.passed)

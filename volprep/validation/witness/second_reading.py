@@ -115,7 +115,7 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
     _, size = corner_and_size(channel["source"]["info"]["grid"])
     diagonal = float(np.linalg.norm(size))
     names = {function["name"] for function in channel["transfer_functions"]}
-    own = [each for each in scene.functions if each.name in names]
+    own = [function for function in scene.functions if function.name in names]
     for function in own:
         result.compare(f"transfer function {function.name}", check_function, subject, function, diagonal)
     if not channel.get("quantization"):
@@ -128,7 +128,10 @@ def _compare_channel(  # noqa: PLR0917 - the package, one channel of it, and who
     window = tuple(channel["quantization"]["window"])
     for texture in manifest["textures"]:
         if texture["role"] == "transfer" and texture["transfer"] in names and texture.get("level") is None:
-            found = next((each for each in own if each.name == texture["transfer"] and each.values is not None), None)
+            found = next(
+                (function for function in own if function.name == texture["transfer"] and function.values is not None),
+                None,
+            )
             if found is not None:
                 result.compare(texture["name"], _table, package, texture, window, found, diagonal)
         if texture["role"] == "normals" and texture["level"] == 0 and name in texture["channels"]:
@@ -152,7 +155,7 @@ def _shown_values(
     listed = {function["name"]: function for function in channel["transfer_functions"]}
     if len(own) < len(listed):
         return ()
-    return tuple((_values(each, listed[each.name]), each.for_diagonal(diagonal_mm)[0]) for each in own)
+    return tuple((_values(function, listed[function.name]), function.for_diagonal(diagonal_mm)[0]) for function in own)
 
 
 def _values(wanted: WitnessedFunction, listed: Json) -> Floats:
@@ -190,14 +193,16 @@ def _pictures(
         raise CannotWitnessError(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
         )
-    picture = next(each for each in manifest["pictures"] if each["name"] == asked.program.transfer)
+    picture = next(picture for picture in manifest["pictures"] if picture["name"] == asked.program.transfer)
     shown, windows = [], []
     for function in asked.bench.subject.functions(asked.program.transfer):
-        wanted = next((each for each in scene.functions if each.name == function.name), None)
+        wanted = next((wished for wished in scene.functions if wished.name == function.name), None)
         if wanted is None:
             raise CannotWitnessError(f"its transfer function {function.name} is not decoded")
         channel = next(
-            each for each in manifest["channels"] if function.name in [f["name"] for f in each["transfer_functions"]]
+            channel
+            for channel in manifest["channels"]
+            if function.name in [f["name"] for f in channel["transfer_functions"]]
         )
         if channel["name"] not in scans:
             raise CannotWitnessError(f"the voxels of {channel['name']} are not witnessed")
@@ -221,7 +226,7 @@ def _moved(scan: WitnessedScan, channel: Json, scene: WitnessedScene) -> Witness
 def _shown(wanted: WitnessedFunction, channel: Json, scan: WitnessedScan, scene: WitnessedScene) -> WitnessedMedium:
     _, size = corner_and_size(channel["source"]["info"]["grid"])
     extinctions, length_mm = wanted.for_diagonal(float(np.linalg.norm(size)))
-    listed = next(each for each in channel["transfer_functions"] if each["name"] == wanted.name)
+    listed = next(function for function in channel["transfer_functions"] if function["name"] == wanted.name)
     in_range = wanted.values is None
     values = _values(wanted, listed)
     intensities = listed.get("intensities") if in_range else wanted.intensities

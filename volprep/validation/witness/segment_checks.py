@@ -22,7 +22,9 @@ def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iter
     """Compare volumes, styles, tints and visibility of all segments, and the labels of level 0."""
     stated = manifest["segments"]
     found = read_segments(scene.segments, scene.base, manifest["channels"][0]["source"]["info"]["grid"])
-    looks = {each["number"]: look_of(scene.segments, scene.names, each["number"]) for each in stated["segments"]}
+    looks = {
+        segment["number"]: look_of(scene.segments, scene.names, segment["number"]) for segment in stated["segments"]
+    }
     yield from _check_records(stated, found, looks)
     yield _check_outside(stated, scene)
     yield from _check_table(package, manifest, looks, float(stated["outside"]))
@@ -32,14 +34,14 @@ def check_segments(package: Path, manifest: Json, scene: WitnessedScene) -> Iter
 def _check_records(stated: Json, found: WitnessedSegments, looks: dict[int, WitnessedLook]) -> Iterator[WitnessCheck]:
     """Compare what the manifest states of each segment."""
     volumes, tints, others = [], [0.0], []
-    for each in stated["segments"]:
-        look, expected = looks[each["number"]], found.volume_ml(each["number"])
-        volumes.append(abs(each["volume_ml"] - expected) / max(expected, 1e-12))
+    for segment in stated["segments"]:
+        look, expected = looks[segment["number"]], found.volume_ml(segment["number"])
+        volumes.append(abs(segment["volume_ml"] - expected) / max(expected, 1e-12))
         if look.tint is not None:
-            tints.append(float(np.abs(look.tint - each["tint"]).max()))
-        others += [each["transfer"] != look.transfer, each["visible"] != look.visible]
-        others.append(abs(each["opacity"] - look.opacity) > _COLOUR)
-    shown = {each["name"]: each["transfer"] for each in stated["segments"]}
+            tints.append(float(np.abs(look.tint - segment["tint"]).max()))
+        others += [segment["transfer"] != look.transfer, segment["visible"] != look.visible]
+        others.append(abs(segment["opacity"] - look.opacity) > _COLOUR)
+    shown = {segment["name"]: segment["transfer"] for segment in stated["segments"]}
     others += [label["transfer"] != shown[name] for label in stated["labels"] for name in label["segments"][:1]]
     yield _check(
         "volumes of segments", found.labels.library, "largest difference, as a part", max(volumes), found.off_share
@@ -58,7 +60,7 @@ def _check_table(
 ) -> Iterator[WitnessCheck]:
     """Compare the table of looks, which programs read, for labels of at most one segment."""
     stated = manifest["segments"]
-    numbers = {each["name"]: each["number"] for each in stated["segments"]}
+    numbers = {segment["name"]: segment["number"] for segment in stated["segments"]}
     for texture in manifest["textures"]:
         if texture["role"] != "looks":
             continue
@@ -79,13 +81,13 @@ def _check_table(
 def _check_voxels(package: Path, manifest: Json, found: WitnessedSegments) -> WitnessCheck:
     """Compare the numbers of segments of the voxels of level 0 that are in one segment at most."""
     stated = manifest["segments"]
-    textures = [each for each in manifest["textures"] if each["role"] == "labels" and each["level"] == 0]
+    textures = [texture for texture in manifest["textures"] if texture["role"] == "labels" and texture["level"] == 0]
     grid = manifest["channels"][0]["levels"][0]["grid"]
     if len(textures) != 1 or textures[0]["shape_zyx"] != grid["shape_zyx"]:
         raise CannotWitnessError("its labels lie in a mosaic or in bricks: pictures are compared with the truth alone")
-    numbers = {each["name"]: float(each["number"]) for each in stated["segments"]}
+    numbers = {segment["name"]: float(segment["number"]) for segment in stated["segments"]}
     sets = [[numbers[name] for name in label["segments"]] or [0.0] for label in stated["labels"]]
-    held = np.array([each[0] if len(each) == 1 else np.nan for each in sets])[
+    held = np.array([value[0] if len(value) == 1 else np.nan for value in sets])[
         labels_of(read_texture(package, textures[0]["file"]))
     ]
     wanted = labels_on(found.labels, grid)

@@ -29,13 +29,13 @@ def check_steps(
 
     `classifications` has an entry for each of the package's programs, by name.
     """
-    for each in programs:
-        errors = [point.quadrature.seen_rmse for point in each.sweep.points if point.quadrature is not None]
-        is_exact = each.technique == "ray-casting" and classifications.get(each.program) in _OF_FUNCTIONS
-        if each.sweep.float_target != "rgba32f" or len(errors) <= 1 or not is_exact:
+    for program in programs:
+        errors = [point.quadrature.seen_rmse for point in program.sweep.points if point.quadrature is not None]
+        is_exact = program.technique == "ray-casting" and classifications.get(program.program) in _OF_FUNCTIONS
+        if program.sweep.float_target != "rgba32f" or len(errors) <= 1 or not is_exact:
             continue
         yield WitnessCheck(
-            item=f"steps of {each.program}",
+            item=f"steps of {program.program}",
             by="the oracle on the lookup table of the package",
             what="root mean square difference that is left with the finest step, over seen pixels",
             found=errors[-1],

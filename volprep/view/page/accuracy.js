@@ -11,11 +11,11 @@ const SAME = 1e-6;
  * @param {number} stepMm
  */
 export function nearest(points, level, stepMm) {
-  const found = points.filter((each) => each.level === level).sort((a, b) => a.step_mm - b.step_mm);
+  const found = points.filter((point) => point.level === level).sort((a, b) => a.step_mm - b.step_mm);
   const same = found.filter((each) => Math.abs(each.step_mm / stepMm - 1) < SAME);
   if (same.length) return same.slice(0, 1);
   return [found.filter((each) => each.step_mm < stepMm).at(-1), found.find((each) => each.step_mm > stepMm)].filter(
-    (each) => each !== undefined,
+    (value) => value !== undefined,
   );
 }
 
@@ -24,7 +24,7 @@ export function nearest(points, level, stepMm) {
  * @param {{transfer: string, level: number, step: number, edited: boolean, lit: boolean, segments: boolean, cut: boolean}} now
  */
 export function accuracy(report, { transfer, level, step, edited, lit, segments, cut }) {
-  const program = report.programs.find((/** @type {any} */ each) => each.transfer === transfer);
+  const program = report.programs.find((/** @type {any} */ program) => program.transfer === transfer);
   if (!program) return [hint("The report has no measurement of this transfer function.")];
   if (lit) return [hint("You have moved the light. The report knows the package's own.")];
   if (segments) return [hint("You have shown or hidden segments. The report knows the package's own choice.")];

@@ -21,7 +21,7 @@ export const spread = (point) => (point.draw_ms ? (point.slowest_ms - point.fast
 
 /** @param {Timed[]} points @param {{tolerance: number | null, title: string}} about */
 export function errorAgainstTime(points, { tolerance, title }) {
-  const shown = points.filter((each) => each.draw_ms > 0 && each.rmse > 0);
+  const shown = points.filter((point) => point.draw_ms > 0 && point.rmse > 0);
   const x = scale(
     shown.flatMap((each) => [Math.max(each.fastest_ms, each.draw_ms / 4), each.slowest_ms]),
     LEFT,
@@ -97,7 +97,7 @@ function curve(points, colour, x, y) {
 
 /** @param {number[]} values @param {number} from @param {number} to @returns {Scale} */
 function scale(values, from, to) {
-  const logs = values.filter((each) => each > 0).map(Math.log10);
+  const logs = values.filter((value) => value > 0).map(Math.log10);
   const [low, high] = logs.length ? [Math.min(...logs), Math.max(...logs)] : [0, 1];
   const room = Math.max((high - low) * 0.08, 0.06);
   const [least, most] = [low - room, high + room];

@@ -25,9 +25,9 @@ export function contents(manifest) {
     [
       "Levels",
       manifest.channels[0].levels
-        .map((/** @type {any} */ each) => {
-          const use = drawingOf(manifest, each.index)?.preview_only ? " (for previews)" : "";
-          return `${voxels(each.grid.shape_zyx)}${use}`;
+        .map((/** @type {any} */ level) => {
+          const use = drawingOf(manifest, level.index)?.preview_only ? " (for previews)" : "";
+          return `${voxels(level.grid.shape_zyx)}${use}`;
         })
         .join(", "),
     ],

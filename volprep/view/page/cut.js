@@ -21,7 +21,7 @@ export function cutControls(stage, manifest, changed, put) {
   /** Direction of view in box space, where the plane stands, 0 in front of everything, and the slice that it is. @type {{normal: number[], share: number, slice?: string} | null} */
   let plane = null;
   const isCut = () =>
-    plane !== null || box[0].some((each) => each > 0) || box[1].some((each, axis) => each < extent[axis]);
+    plane !== null || box[0].some((value) => value > 0) || box[1].some((each, axis) => each < extent[axis]);
   const clip = () =>
     isCut()
       ? {
@@ -44,7 +44,7 @@ export function cutControls(stage, manifest, changed, put) {
     changed();
   };
   const sliders = axisNames(manifest.grid).map((name, axis) => axisField(name, axis, box, extent, apply));
-  byId("cut-box").replaceChildren(...sliders.map((each) => each.element));
+  byId("cut-box").replaceChildren(...sliders.map((slider) => slider.element));
 
   const depth = make("input", {
     type: "range",
@@ -68,7 +68,7 @@ export function cutControls(stage, manifest, changed, put) {
   const shares = {};
   const atSlices = Object.entries(SLICES).map(([name, [axis, sign]]) => {
     const button = make("button", { type: "button", "aria-pressed": "false" }, name);
-    const normal = manifest.grid.direction[axis].map((/** @type {number} */ each) => sign * each);
+    const normal = manifest.grid.direction[axis].map((/** @type {number} */ value) => sign * value);
     button.addEventListener("click", () =>
       cutBy(plane?.slice === name ? null : { normal, share: along(sign, shares[name] ?? 0.5), slice: name }),
     );
@@ -94,7 +94,7 @@ export function cutControls(stage, manifest, changed, put) {
   byId("cut-reset").addEventListener("click", () => {
     box[0].fill(0);
     extent.forEach((each, axis) => (box[1][axis] = each));
-    for (const each of sliders) each.show();
+    for (const slider of sliders) slider.show();
     cutBy(null);
   });
   return {
@@ -110,7 +110,7 @@ export function cutControls(stage, manifest, changed, put) {
     show: async (state) => {
       if (!state) return;
       box.forEach((corner, end) => corner.forEach((_, axis) => (corner[axis] = Number(state.box[end][axis]))));
-      for (const each of sliders) each.show();
+      for (const slider of sliders) slider.show();
       await cutBy(state.plane);
     },
     takeBack: async () => {
@@ -178,7 +178,7 @@ function viewDirection({ orbit, renderer }) {
   const [near, far] = [at(-1), at(1)];
   const along = far.map((each, axis) => each - near[axis]);
   const length = Math.hypot(...along);
-  return along.map((each) => each / length);
+  return along.map((value) => value / length);
 }
 
 /** The plane as a·x + b·y + c·z + d > 0 where the volume is shown. @param {{normal: number[], share: number}} plane @param {number[]} extent */

@@ -20,7 +20,7 @@ export function deviceNames(gl) {
 export function browserNames(about) {
   const brands =
     about.userAgentData?.brands?.filter((/** @type {any} */ each) => !/not.?a.?brand/i.test(each.brand)) ?? [];
-  const brand = brands.find((/** @type {any} */ each) => each.brand !== "Chromium") ?? brands[0];
+  const brand = brands.find((/** @type {any} */ brand) => brand.brand !== "Chromium") ?? brands[0];
   const agent = about.userAgent ?? "";
   const known = [
     /(Edg)\w*\/([\d.]+)/,
@@ -30,7 +30,7 @@ export function browserNames(about) {
     /(Chrome)\/([\d.]+)/,
     /Version\/([\d.]+).*(Safari)/,
   ];
-  const match = known.map((each) => agent.match(each)).find(Boolean);
+  const match = known.map((value) => agent.match(value)).find(Boolean);
   const [, first, second] = match ?? ["", "unknown browser", ""];
   const browser = brand
     ? `${brand.brand} ${brand.version}`

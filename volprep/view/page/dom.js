@@ -40,9 +40,9 @@ export function svg(tag, attributes = {}, ...children) {
  * @param {(index: number) => boolean} [isNow] whether a row belongs to the current picture
  */
 export function table(caption, headings, rows, isNow = () => false) {
-  const head = make("thead", {}, make("tr", {}, ...headings.map((each) => make("th", { scope: "col" }, each))));
+  const head = make("thead", {}, make("tr", {}, ...headings.map((heading) => make("th", { scope: "col" }, heading))));
   const body = rows.map(([first, ...others], index) => {
-    const row = make("tr", {}, make("th", { scope: "row" }, first), ...others.map((each) => make("td", {}, each)));
+    const row = make("tr", {}, make("th", { scope: "row" }, first), ...others.map((value) => make("td", {}, value)));
     if (isNow(index)) row.className = "now";
     return row;
   });

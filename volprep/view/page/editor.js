@@ -49,7 +49,7 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
   const show = () => {
     const picture = stage.renderer.program;
     const { media } = manifest.pictures.find((/** @type {any} */ each) => each.name === picture);
-    const names = media.map((/** @type {any} */ each) => each.transfer);
+    const names = media.map((/** @type {any} */ medium) => medium.transfer);
     if (isColour(manifest, picture)) {
       const most = of(manifest, names[3]).points.at(-1)?.extinction_per_mm ?? 0;
       const said = `Each voxel has its own colour. Its extinction is up to ${number(most)} per mm.`;
@@ -164,14 +164,14 @@ class Curve {
    */
   constructor(channel, points, heights, editable, then) {
     this.#heights = heights;
-    this.#points = points.map((each) => ({ ...each }));
+    this.#points = points.map((point) => ({ ...point }));
     this.#editable = editable;
     this.#then = then;
     this.#unit = channel.source.info.unit || "";
     const window = channel.quantization?.window ?? [channel.statistics.minimum, channel.statistics.maximum];
     this.#low = Math.min(window[0], points[0].value);
     this.#high = Math.max(window[1], points[points.length - 1].value, this.#low + 1e-9);
-    this.#most = Math.max(...points.map((each) => each.extinction_per_mm), 1e-9) * (editable ? 1.5 : 1.08);
+    this.#most = Math.max(...points.map((point) => point.extinction_per_mm), 1e-9) * (editable ? 1.5 : 1.08);
     this.element = svg("svg", { class: "curve", viewBox: `0 0 ${WIDTH} ${HEIGHT}` });
     if (editable) this.#listen();
     else {
@@ -347,7 +347,7 @@ class Curve {
     point.extinction_per_mm = clamp(point.extinction_per_mm, 0, this.#most);
     this.#draw();
     this.#form();
-    this.#then(points.map((each) => ({ ...each })));
+    this.#then(points.map((point) => ({ ...point })));
   }
 
   /** The chosen point as fields, for exact numbers and for who does not drag. */

@@ -19,7 +19,7 @@ export function frameControls({ renderer }) {
   const slider = make("input", { type: "range", min: 0, max: last, value: 0, "aria-label": "Frame" });
   const told = make("output");
   const play = make("button", { type: "button", "aria-pressed": "false" }, "Play");
-  const options = SPEEDS.map((each) => make("option", { value: each, selected: each === 1 }, `${each}×`));
+  const options = SPEEDS.map((speed) => make("option", { value: speed, selected: speed === 1 }, `${speed}×`));
   const speed = make("select", { "aria-label": "Speed" }, ...options);
   /** The place in time where playing began, and the clock then; null while it rests. @type {{at: number, clock: number} | null} */
   let begun = null;

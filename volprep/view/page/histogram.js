@@ -20,5 +20,5 @@ export async function histogram(renderer, [low, high]) {
     }
   }
   const most = Math.log1p(Math.max(1, ...counts));
-  return counts.map((each) => Math.log1p(each) / most);
+  return counts.map((count) => Math.log1p(count) / most);
 }

@@ -25,7 +25,7 @@ export async function lend(stage, size, work) {
   try {
     return await work(benchOf(stage, targets, resize));
   } finally {
-    for (const each of targets) each.free();
+    for (const target of targets) target.free();
     await renderer.setProgram(program).catch(showProblem);
     await renderer.setLevel(level).catch(showProblem);
     renderer.setStep(step === packageStep ? undefined : step);
@@ -83,12 +83,12 @@ function benchOf({ renderer, gl }, targets, resize) {
 /** Technique, and format of the voxels of a level. @param {any} manifest @param {string} transfer @param {number} level */
 function form(manifest, transfer, level) {
   const drawing = drawingOf(manifest, level, transfer);
-  const program = manifest.programs.find((/** @type {any} */ each) => each.name === drawing?.program);
+  const program = manifest.programs.find((/** @type {any} */ program) => program.name === drawing?.program);
   const voxels = manifest.textures.filter(
     (/** @type {any} */ each) => drawing?.textures.includes(each.name) && ["volume", "slices"].includes(each.role),
   );
-  const told = voxels.map((/** @type {any} */ each) => {
-    const { format, dimension, bricks, role } = each;
+  const told = voxels.map((/** @type {any} */ voxel) => {
+    const { format, dimension, bricks, role } = voxel;
     const held = role === "slices" ? "slices" : dimension === "2d" ? "mosaic" : bricks ? "bricks" : "3D texture";
     return `${format} ${held}`;
   });

@@ -82,7 +82,7 @@ function sliders(light, put) {
 
 /** A light with a place, which moves on a sphere around the volume. @param {any} manifest @returns {Movable | null} */
 function withPlace({ programs, grid }) {
-  const light = programs.find((/** @type {any} */ each) => each.light)?.light;
+  const light = programs.find((/** @type {any} */ program) => program.light)?.light;
   if (!light) return null;
   const { centre, diagonal } = middle(grid);
   const away = light.place_mm_xyz.map((/** @type {number} */ each, /** @type {number} */ axis) => each - centre[axis]);
@@ -103,7 +103,7 @@ function withPlace({ programs, grid }) {
 
 /** Light around the volume: its front is raised, then turned around the patient. @param {any} manifest @returns {Movable | null} */
 function turning({ textures }) {
-  if (!textures.some((/** @type {any} */ each) => each.light?.model.turnable)) return null;
+  if (!textures.some((/** @type {any} */ texture) => texture.light?.model.turnable)) return null;
   return {
     own: [0, 0],
     at: (angle, height) => {

@@ -13,7 +13,7 @@ const KEY = "#look=";
 export async function linkControls(stage, parts) {
   const button = byId("link");
   button.addEventListener("click", async () => {
-    const state = [viewOf(stage), ...parts.map((each) => each.state())];
+    const state = [viewOf(stage), ...parts.map((part) => part.state())];
     history.replaceState(null, "", KEY + encodeURIComponent(JSON.stringify(state)));
     await navigator.clipboard?.writeText(location.href).catch(() => {});
     button.textContent = "In the address";

@@ -124,15 +124,15 @@ function joined(manifest, name) {
 
 /** A transfer function by name, with its channel where there are several. @param {any} manifest @param {string} name */
 function named(manifest, name) {
-  const channel = manifest.channels.find((/** @type {any} */ each) =>
-    each.transfer_functions.some((/** @type {any} */ one) => one.name === name),
+  const channel = manifest.channels.find((/** @type {any} */ channel) =>
+    channel.transfer_functions.some((/** @type {any} */ one) => one.name === name),
   );
   return manifest.channels.length > 1 && channel ? `${name} (channel ${channel.name})` : name;
 }
 
 /** @param {any} manifest @param {number} index */
 function levelText(manifest, index) {
-  const level = manifest.channels[0].levels.find((/** @type {any} */ each) => each.index === index);
+  const level = manifest.channels[0].levels.find((/** @type {any} */ level) => level.index === index);
   const drawing = drawingOf(manifest, index);
   const size = drawing ? `, ${bytes(drawing.cost.upload_bytes)}` : "";
   const use = drawing?.preview_only ? ", for previews" : "";

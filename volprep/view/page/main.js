@@ -122,10 +122,10 @@ async function undisturbed(stage, changes, look, size, work) {
   look.lock(true);
   try {
     await stage.renderer.ready;
-    for (const each of changes) again.push(await each.takeBack());
+    for (const change of changes) again.push(await change.takeBack());
     return await lend(stage, size, work);
   } finally {
-    for (const each of again) await each();
+    for (const value of again) await value();
     look.lock(false);
   }
 }
@@ -191,7 +191,7 @@ function subtitle(manifest) {
   const size = manifest.files.reduce((/** @type {number} */ sum, /** @type {any} */ each) => sum + each.size_bytes, 0);
   const extent = [...manifest.grid.extent_mm_zyx]
     .reverse()
-    .map((each) => number(each))
+    .map((value) => number(value))
     .join(" × ");
   return `${info.modality || info.format}, ${voxels(manifest.grid.shape_zyx)} voxels, ${extent} mm; package of ${bytes(size)} for ${manifest.profile.name}`;
 }

@@ -61,8 +61,8 @@ function shown(record, tolerance) {
   const { device, programs, throttling, timing, picture_size: size } = record;
   const slower = throttling.first_ms ? throttling.last_ms / throttling.first_ms - 1 : 0;
   const unsteady = programs
-    .flatMap((/** @type {any} */ each) => each.points)
-    .filter((/** @type {any} */ each) => spread(each) > STEADY).length;
+    .flatMap((/** @type {any} */ program) => program.points)
+    .filter((/** @type {any} */ value) => spread(value) > STEADY).length;
   const notes = [
     slower > STEADY
       ? `This device became ${percent(slower)} slower while it was measured: it throttles, and later times are too long.`
@@ -70,7 +70,7 @@ function shown(record, tolerance) {
     unsteady
       ? `${unsteady} of the times vary by more than ${percent(STEADY)} from the fastest to the slowest; they are drawn hollow and marked *.`
       : "",
-    ...record.left_out.map((/** @type {string} */ each) => `Not measured: ${each}.`),
+    ...record.left_out.map((/** @type {string} */ value) => `Not measured: ${value}.`),
   ].filter(Boolean);
   const facts = [
     ["GPU", device.gpu],
@@ -79,17 +79,17 @@ function shown(record, tolerance) {
     ["Timed by", timing === "fence" ? "waiting for many draws" : "the GPU's own clock"],
     ["Took", `${number(record.seconds)} s`],
   ];
-  const probes = record.probes.map((/** @type {any} */ each) =>
+  const probes = record.probes.map((/** @type {any} */ probe) =>
     make(
       "li",
       {},
-      make("b", {}, each.name),
-      `: ${each.passed ? "works" : "no"}`,
-      make("span", { className: "why" }, each.note),
+      make("b", {}, probe.name),
+      `: ${probe.passed ? "works" : "no"}`,
+      make("span", { className: "why" }, probe.note),
     ),
   );
   return [
-    ...programs.flatMap((/** @type {any} */ each) => curveOf(each, tolerance, programs.length > 1)),
+    ...programs.flatMap((/** @type {any} */ program) => curveOf(program, tolerance, programs.length > 1)),
     ...notes.map((each) => make("p", { className: "note" }, each)),
     make("dl", {}, ...facts.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
     make(
@@ -108,12 +108,12 @@ function curveOf(program, tolerance, titled) {
     (/** @type {any} */ most, /** @type {any} */ each) => (each.rmse > most.rmse ? each : most),
     views[0],
   );
-  const rows = points.map((/** @type {any} */ each) => [
-    `${each.level}`,
-    number(each.step_mm),
-    `${number(each.draw_ms)}${spread(each) > STEADY ? " *" : ""}`,
-    percent(spread(each)),
-    number(each.rmse),
+  const rows = points.map((/** @type {any} */ point) => [
+    `${point.level}`,
+    number(point.step_mm),
+    `${number(point.draw_ms)}${spread(point) > STEADY ? " *" : ""}`,
+    percent(spread(point)),
+    number(point.rmse),
   ]);
   return [
     ...(titled ? [make("h3", {}, transfer)] : []),

@@ -78,9 +78,9 @@ class Run {
     for (const program of truth.programs) sizes.push(await this.#sizes(program));
     const last = await this.#nominal();
     const { manifest } = bench;
-    const sources = manifest.channels.map((/** @type {any} */ each) => ({
-      channel: each.name,
-      sha256: each.source.sha256,
+    const sources = manifest.channels.map((/** @type {any} */ channel) => ({
+      channel: channel.name,
+      sha256: channel.source.sha256,
     }));
     return {
       format: "volprep-device",
@@ -138,7 +138,7 @@ class Run {
     const { programs } = this.truth;
     const all = programs.reduce((sum, each) => sum + each.points.length, 0);
     const before = programs.slice(0, programs.indexOf(program)).reduce((sum, each) => sum + each.points.length, 0);
-    const view = program.views.find((each) => each.view === program.sweep_view);
+    const view = program.views.find((view) => view.view === program.sweep_view);
     if (!view) return [];
     const planes = await this.#picture(view);
     const found = [];
@@ -185,7 +185,7 @@ class Run {
    */
   async #sizes(program) {
     const { bench, truth } = this;
-    const view = program.views.find((each) => each.view === program.sweep_view);
+    const view = program.views.find((view) => view.view === program.sweep_view);
     const found = /** @type {any[]} */ ([]);
     if (!view) return found;
     await bench.choose(program.transfer, program.level);
@@ -221,7 +221,7 @@ class Run {
   /** How the package holds the levels of a program. @param {TruthProgram} program */
   #levels({ transfer, level, points }) {
     const { bench } = this;
-    return [...new Set([level, ...points.map((each) => each.level)])].map((index) => {
+    return [...new Set([level, ...points.map((point) => point.level)])].map((index) => {
       const form = bench.form(transfer, index).slice(0, 300);
       const cost = drawingOf(bench.manifest, index, transfer)?.cost;
       return { level: index, form, upload_bytes: cost?.upload_bytes, gpu_bytes: cost?.gpu_bytes };
@@ -250,7 +250,7 @@ class Run {
       this.#pictures.get(view.file) ??
       (await truthPicture(await file(`${this.settings.truth}${view.file}`), this.truth.picture_size));
     // One for each program is needed again.
-    if (this.truth.programs.some((each) => each.sweep_view === view.view)) this.#pictures.set(view.file, kept);
+    if (this.truth.programs.some((program) => program.sweep_view === view.view)) this.#pictures.set(view.file, kept);
     return kept;
   }
 

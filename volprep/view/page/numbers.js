@@ -11,7 +11,7 @@ export function number(value, digits = 3) {
   if (value === 0) return "0";
   const magnitude = Math.floor(Math.log10(Math.abs(value)));
   if (magnitude < -4) {
-    const power = [...String(-magnitude)].map((each) => SUPERSCRIPT[Number(each)]).join("");
+    const power = [...String(-magnitude)].map((value) => SUPERSCRIPT[Number(value)]).join("");
     return `${(value / 10 ** magnitude).toFixed(digits - 1)}·10⁻${power}`;
   }
   return value.toFixed(Math.max(0, digits - 1 - magnitude));

@@ -20,7 +20,7 @@ export function segmentControls(stage, manifest, changed) {
   const other = new Map();
   /** @type {{name: string, title?: string, visible?: boolean, tint?: number[], volume_ml: number}[]} */
   const segments = manifest.segments?.segments ?? [];
-  const boxes = segments.map((each) => make("input", { type: "checkbox", checked: each.visible !== false }));
+  const boxes = segments.map((segment) => make("input", { type: "checkbox", checked: segment.visible !== false }));
   const apply = async () => {
     segments.forEach(({ name, visible = true }, i) =>
       boxes[i].checked === visible ? other.delete(name) : other.set(name, boxes[i].checked),
@@ -80,7 +80,7 @@ export function segmentControls(stage, manifest, changed) {
   const parts = [make("div", { className: "buttons" }, all, none), make("ul", { className: "segments" }, ...rows)];
   byId("segments-body").replaceChildren(...(segments.length > MANY ? [search, ...parts, noneFound] : parts));
   byId("segments").hidden = false;
-  hoverNames(stage, byId("frame"), new Map(segments.map((each) => [each.name, titleOf(each)])));
+  hoverNames(stage, byId("frame"), new Map(segments.map((segment) => [segment.name, titleOf(segment)])));
   return controls;
 }
 

@@ -123,7 +123,9 @@ export class SliceRenderer {
 
   /** Draws another transfer function. @param {string} name */
   async setProgram(name) {
-    const wanted = this.#pack.manifest.textures.filter((each) => each.role === "slices" && each.transfer === name);
+    const wanted = this.#pack.manifest.textures.filter(
+      (texture) => texture.role === "slices" && texture.transfer === name,
+    );
     const made = [];
     for (const each of wanted.sort((a, b) => (a.part ?? 0) - (b.part ?? 0)))
       made.push(this.#part(each, await this.#pack.read(each.file)));
@@ -148,10 +150,10 @@ export class SliceRenderer {
     const gl = this.#gl;
     this.#begin();
     const { axis, cosine } = this.#facing(boxFromClip);
-    const parts = this.#parts.filter((each) => each.layout.axis === axis);
+    const parts = this.#parts.filter((part) => part.layout.axis === axis);
     const factor = Math.min(
       1 / Math.max(cosine, 1e-6),
-      1 / Math.max(...parts.map((each) => each.largest)),
+      1 / Math.max(...parts.map((part) => part.largest)),
       MOST_BRIGHTNESS,
     );
     const { handle, locations } = this.#slices;
@@ -209,7 +211,7 @@ export class SliceRenderer {
   dispose() {
     const gl = this.#gl;
     this.#free();
-    for (const each of [this.#corners, this.#square]) gl.deleteBuffer(each);
+    for (const value of [this.#corners, this.#square]) gl.deleteBuffer(value);
     gl.deleteFramebuffer(this.#target.frame);
     gl.deleteTexture(this.#target.texture);
     for (const each of [this.#slices, this.#shown]) gl.deleteProgram(each.handle);
@@ -268,7 +270,7 @@ export class SliceRenderer {
       this.#size = [width, height];
     }
     gl.viewport(0, 0, width, height);
-    for (const each of [gl.DEPTH_TEST, gl.CULL_FACE, gl.DITHER, gl.SCISSOR_TEST]) gl.disable(each);
+    for (const value of [gl.DEPTH_TEST, gl.CULL_FACE, gl.DITHER, gl.SCISSOR_TEST]) gl.disable(value);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.enable(gl.BLEND);
@@ -280,7 +282,7 @@ export class SliceRenderer {
     const [near, far] = [-1, 1].map((depth) => moved(boxFromClip, [0, 0, depth]));
     const length = Math.hypot(...far.map((each, at) => each - near[at]));
     const along = AXES.map((axis, at) => ({ axis, cosine: Math.abs(far[at] - near[at]) / length }));
-    const held = along.filter(({ axis }) => this.#parts.some((each) => each.layout.axis === axis));
+    const held = along.filter(({ axis }) => this.#parts.some((part) => part.layout.axis === axis));
     const most = Math.max(...held.map(({ cosine }) => cosine));
     return held.filter(({ cosine }) => cosine >= most - TIE)[0];
   }

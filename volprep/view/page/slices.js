@@ -30,7 +30,7 @@ const CT_WINDOWS = { "soft tissue": [40, 400], lung: [-600, 1500], bone: [400, 1
 export function sliceControls(viewer, manifest, moved) {
   const { stage } = viewer;
   const { renderer } = stage;
-  const window = windowControls(manifest, () => views.forEach((each) => each.paint()));
+  const window = windowControls(manifest, () => views.forEach((view) => view.paint()));
   /** Where the crosshair is, in the patient's space. @type {number[] | null} */
   let cross = null;
   const go = (/** @type {number[]} */ place) => {
@@ -50,7 +50,7 @@ export function sliceControls(viewer, manifest, moved) {
   const views = PLANE_NAMES.map((plane) => sliceView(plane, renderer, window, () => cross, go, zoomAll));
   const note = make("p", { className: "hint", role: "status" });
   const zoomField = field("Zoom", zoom.input, zoom.output);
-  byId("slices-body").replaceChildren(...views.map((each) => each.field), zoomField, ...window.fields, note);
+  byId("slices-body").replaceChildren(...views.map((view) => view.field), zoomField, ...window.fields, note);
   let busy = false;
   let again = false;
   const show = async () => {
@@ -60,24 +60,24 @@ export function sliceControls(viewer, manifest, moved) {
     while (again) {
       again = false;
       try {
-        for (const each of views) await each.read();
+        for (const view of views) await view.read();
       } catch (error) {
         showProblem(error);
       }
-      const isThere = views.every((each) => each.isThere());
+      const isThere = views.every((view) => view.isThere());
       note.textContent = isThere ? "" : "The shaders of this picture read no values of the scan: there are no slices.";
       frame.classList.toggle("four", isThere);
-      for (const each of views) each.paint();
-      if (isThere) for (const each of views) moved(each.plane, each.share());
+      for (const view of views) view.paint();
+      if (isThere) for (const view of views) moved(view.plane, view.share());
     }
     busy = false;
   };
   const frame = byId("frame");
   byId("slices").addEventListener("toggle", () => {
     const { open } = byId("slices");
-    if (open) for (const each of views) frame.append(each.box);
+    if (open) for (const view of views) frame.append(view.box);
     else {
-      for (const each of views) each.box.remove();
+      for (const view of views) view.box.remove();
       frame.classList.remove("four");
     }
     show();
@@ -96,7 +96,7 @@ export function sliceControls(viewer, manifest, moved) {
     show,
     /** Puts a slice at a share of its way. @param {string} plane @param {number} share */
     put: (plane, share) => {
-      views.find((each) => each.plane === plane)?.put(share);
+      views.find((view) => view.plane === plane)?.put(share);
       show();
     },
   };
@@ -112,7 +112,7 @@ export function sliceControls(viewer, manifest, moved) {
 function sliceView(plane, renderer, window, cross, go, zoomAll) {
   const [[x, signX], [y, signY], across] = PLANES[plane];
   const canvas = make("canvas", { role: "img", width: 1, height: 1 });
-  const lines = ["across", "down"].map((each) => make("i", { className: each, "aria-hidden": "true" }));
+  const lines = ["across", "down"].map((value) => make("i", { className: value, "aria-hidden": "true" }));
   const letters = ["left", "right", "above", "below"].map((each, i) =>
     make("span", { className: each, "aria-hidden": "true" }, LETTERS[plane][i]),
   );
@@ -243,7 +243,7 @@ function windowControls(manifest, changed) {
   const preset = make(
     "select",
     { id: "slice-window" },
-    ...[...Object.keys(windows), "own"].map((each) => make("option", { value: each }, each)),
+    ...[...Object.keys(windows), "own"].map((value) => make("option", { value: value }, value)),
   );
   const step = (high - low) / STEPS;
   const [begin, most] = windows["all values"];

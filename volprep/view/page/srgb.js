@@ -4,8 +4,8 @@ import { encodedOf } from "../runtime/slices.js";
 
 /** @param {readonly number[]} colour linear, 0 to 1 @returns {string} #rrggbb */
 export function css(colour) {
-  const bytes = colour.map((each) => Math.round(Math.min(Math.max(encodedOf(each), 0), 1) * 255));
-  return `#${bytes.map((each) => each.toString(16).padStart(2, "0")).join("")}`;
+  const bytes = colour.map((value) => Math.round(Math.min(Math.max(encodedOf(value), 0), 1) * 255));
+  return `#${bytes.map((byte) => byte.toString(16).padStart(2, "0")).join("")}`;
 }
 
 /** @param {string} text #rrggbb @returns {[number, number, number]} linear, 0 to 1 */

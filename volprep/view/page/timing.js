@@ -110,7 +110,7 @@ export class Clock {
         ),
       );
     // A line that does not rise is a burst that something else held up: it says nothing of a draw.
-    const rising = slopes.filter((each) => each > 0);
+    const rising = slopes.filter((slope) => slope > 0);
     return summary(rising.length ? rising : slopes, repeats * counts.reduce((sum, each) => sum + each, 0));
   }
 

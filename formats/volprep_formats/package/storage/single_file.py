@@ -81,8 +81,8 @@ def reading_order(folder: Path, names: Iterable[str]) -> list[str]:
     for picture in manifest.get("pictures", ()):
         drawings = picture.get("drawings", ())
         for program in filter(None, (programs.get(drawing.get("program")) for drawing in drawings)):
-            for each in (program, *program.get("before", ())):
-                read += [each["vertex"], each["fragment"]]
+            for value in (program, *program.get("before", ())):
+                read += [value["vertex"], value["fragment"]]
         read += [files.get(name, "") for drawing in reversed(drawings) for name in drawing["textures"]]
     rank = {name: place for place, name in reversed([*enumerate(read)])}
     return sorted(names, key=lambda name: (rank.get(name, len(read)), name))

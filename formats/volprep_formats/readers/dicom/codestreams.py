@@ -99,7 +99,7 @@ def _jpeg(data: bytes) -> Declared | None:
             precision, rows, columns, components = struct.unpack_from(">BHHB", data, at + 4)
             coding = _CODINGS.get(marker, "another process of JPEG")
             factors = data[at + 11 : at + 2 + length : 3]
-            unit = max(1, 1, *(each & 15 for each in factors)), max(1, 1, *(each >> 4 for each in factors))
+            unit = max(1, 1, *(factor & 15 for factor in factors)), max(1, 1, *(factor >> 4 for factor in factors))
             return Declared(coding, rows, columns, components, precision, signed=False, unit_yx=unit)
         if marker == _ENTROPY_CODED:
             return None

@@ -255,7 +255,7 @@ def _whole(number: float | None) -> int | None:
 
 def _part(fields: Fields) -> tuple[int, int] | None:
     """Part number in a concatenation (PS3.3, C.7.6.16.2.2.4), or None if the file is not part of one."""
-    number, total = (_whole(fields.hint(f"InConcatenation{each}")) for each in ("Number", "TotalNumber"))
+    number, total = (_whole(fields.hint(f"InConcatenation{value}")) for value in ("Number", "TotalNumber"))
     return None if number is None or total is None else (number, total)
 
 

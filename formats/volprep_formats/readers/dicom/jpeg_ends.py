@@ -51,6 +51,6 @@ def _expected_restarts(said: Declared, interval: int) -> int:
         return 0
     side = 1 if said.coding == "lossless" else 8
     # A component alone is coded block by block, whatever its factors.
-    y, x = (side * each if said.components > 1 else side for each in said.unit_yx)
+    y, x = (side * value if said.components > 1 else side for value in said.unit_yx)
     units = -(-said.rows // y) * -(-said.columns // x)
     return -(-units // interval) - 1

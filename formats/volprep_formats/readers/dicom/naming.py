@@ -45,7 +45,7 @@ class SeriesName:
     def details(self) -> str:
         """Return kernel, echo, image type and time in one text."""
         echo = "" if self.echo_ms is None else f"echo {self.echo_ms:g} ms"
-        return ", ".join(each for each in (self.kernel, echo, self.image_type, self.time) if each)
+        return ", ".join(value for value in (self.kernel, echo, self.image_type, self.time) if value)
 
 
 def series_name(path: Path) -> SeriesName:
@@ -62,7 +62,7 @@ def series_name(path: Path) -> SeriesName:
         for keyword in _KEYWORDS:
             value = data.get(keyword)
             several = value if isinstance(value, (list, pydicom.multival.MultiValue)) else [value]
-            found[keyword] = "\\".join(str(each).strip() for each in several if each is not None)[:_LONGEST]
+            found[keyword] = "\\".join(str(value).strip() for value in several if value is not None)[:_LONGEST]
     time = found.get("SeriesTime") or found.get("AcquisitionTime") or ""
     return SeriesName(
         number=_whole(found.get("SeriesNumber", "")),

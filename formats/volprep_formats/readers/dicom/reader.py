@@ -183,7 +183,7 @@ def _open(
         info = SourceInfo(
             format="dicom", grid=stack.grid, stored_type="uint8", modality=first.modality, remarks=remarks
         )
-        return DicomSource(of_colour(info), [_Slice(each, None, None, 1.0, 0.0) for each in pixels]), stack.places
+        return DicomSource(of_colour(info), [_Slice(pixel, None, None, 1.0, 0.0) for pixel in pixels]), stack.places
     info = SourceInfo(
         format="dicom",
         grid=stack.grid,
@@ -353,7 +353,7 @@ def _remarks(images: Sequence[SliceImage], *, one_rescale: bool) -> list[str]:
 
 def _of_colours(pixels: Sequence[EncodedPixels]) -> list[str]:
     """Return the remark about what became of colours, if there are any."""
-    wanted = next((each.grey for each in pixels if each.colours), None)
+    wanted = next((pixel.grey for pixel in pixels if pixel.colours), None)
     if isinstance(wanted, ColourChannel):
         return colour_remarks(wanted, has_alpha=False, is_linear=False)
     return [] if wanted is None else [grey_remark(wanted)]
@@ -366,7 +366,7 @@ def _missing(series: Series) -> list[str]:
     if wanted > len(series.images):
         remarks.append(f"the header says {wanted} images (ImagesInAcquisition), and {len(series.images)} are here")
     parts = {image.part for image in series.images if image.part is not None}
-    total = max((each[1] for each in parts), default=0)
+    total = max((part[1] for part in parts), default=0)
     if total > len(parts):
         there = ", ".join(str(number) for number, _ in sorted(parts))
         remarks.append(f"the series is part {there} of {total} of a concatenation: the other parts are not here")

@@ -179,7 +179,7 @@ def _with_number(series: Sequence[Series], wanted: str) -> list[Series]:
     """Return the series with the number `wanted`; none if it is not a number."""
     if not wanted.isdecimal() or len(wanted) > _LONGEST_NUMBER:
         return []
-    return [each for each in series if series_name(each.images[0].path).number == int(wanted)]
+    return [listed for listed in series if series_name(listed.images[0].path).number == int(wanted)]
 
 
 def _with_headers(files: Sequence[Path]) -> Iterator[tuple[Path, PlainHeader | None]]:
@@ -200,8 +200,8 @@ def _files(folder: Path) -> list[Path]:
 def _missing(series: Sequence[Series]) -> list[VolprepError]:
     """Return an error for each link to a missing file that is named as the slices beside it: it may be one of them."""
     endings: dict[Path, set[str]] = {}
-    for each in series:
-        for image in each.images:
+    for listed in series:
+        for image in listed.images:
             endings.setdefault(image.path.parent, set()).add(_ending(image.path))
     links = [link for folder, usual in endings.items() for link in broken_links_in(folder) if _ending(link) in usual]
     what = SafeText("it is a link to a file that is missing")
@@ -215,6 +215,6 @@ def _ending(file: Path) -> str:
 
 
 def _listed(series: tuple[Series, ...]) -> Lines:
-    numbers = [series_name(each.images[0].path).number for each in series[:_MOST_NUMBERED]]
+    numbers = [series_name(listed.images[0].path).number for listed in series[:_MOST_NUMBERED]]
     told = [f"number {number}: " if number is not None else "" for number in numbers] + [""] * len(series)
-    return Lines(f"{number}{each}" for number, each in zip(told, series, strict=False))
+    return Lines(f"{number}{value}" for number, value in zip(told, series, strict=False))

@@ -103,7 +103,7 @@ def _elapsed(data: "Dataset", injection: "Dataset", acquired: Sequence[str]) -> 
     """
     date = str(data.get("SeriesDate", ""))
     series = _moment(date, str(data.get("SeriesTime", "")), "SeriesDate and SeriesTime")
-    times = sorted(each for each in acquired if each)
+    times = sorted(value for value in acquired if value)
     if times:
         first = _moment(str(data.get("AcquisitionDate", "")) or date, times[0], "AcquisitionTime")
         series = min(series, first)

@@ -45,8 +45,8 @@ def volumes_of(images: Sequence[SliceImage], places: NDArray[np.intp], *, by_num
         values = [tuple(in_order(image.variants[k]) for k in kinds) for image in images]
         distinct = sorted(set(values))
         chosen = [np.array([value == one for value in values]) for one in distinct]
-        if len(distinct) == count and all(np.array_equal(places[each], np.unique(places)) for each in chosen):
-            return Volumes(tuple(VARIANTS[k] for k in kinds), tuple(np.flatnonzero(each) for each in chosen))
+        if len(distinct) == count and all(np.array_equal(places[value], np.unique(places)) for value in chosen):
+            return Volumes(tuple(VARIANTS[k] for k in kinds), tuple(np.flatnonzero(mask) for mask in chosen))
     for clock in ORDERED_BY:
         members = _ranked(seconds_of(images, clock), places, count, is_clock=True)
         if members:

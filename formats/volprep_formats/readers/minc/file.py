@@ -123,7 +123,7 @@ def _facts(request: MincFile) -> MincFacts:
         dtype=dtype.newbyteorder("=").name,
         steps=[float(getattr(dim, "step", 1.0)) for dim in dims],
         cosines=[_cosines(name, dim) for name, dim in zip(file._spatial_dims, dims, strict=True)],
-        origin=[float(each) for each in file.get_affine()[:3, 3]],
+        origin=[float(value) for value in file.get_affine()[:3, 3]],
         units=[_text(getattr(dim, "units", b"mm")) for dim in dims],
         scale=_scale(path, file, valid),
         beyond=0 if valid is None else _count_beyond(file, dtype, valid),
@@ -225,8 +225,8 @@ def _check_data(path: Path, file: Any, declared: int) -> None:
 
 
 def _cosines(name: str, dim: Any) -> list[float]:
-    default = [float(name == each) for each in ("xspace", "yspace", "zspace")]
-    return [float(each) for each in np.reshape(getattr(dim, "direction_cosines", default), 3)]
+    default = [float(name == value) for value in ("xspace", "yspace", "zspace")]
+    return [float(cosine) for cosine in np.reshape(getattr(dim, "direction_cosines", default), 3)]
 
 
 def _text(value: object) -> str:
@@ -245,13 +245,14 @@ def _scale(path: Path, file: Any, valid: NDArray[np.float64] | None) -> list[flo
         return [1.0, 0.0]
     ends = [
         np.asarray(
-            file._get_array(each) if len(file._get_dimensions(each)) else file._get_scalar(each), dtype=np.float64
+            file._get_array(variable) if len(file._get_dimensions(variable)) else file._get_scalar(variable),
+            dtype=np.float64,
         )
-        for each in (file._image_min, file._image_max)
+        for variable in (file._image_min, file._image_max)
     ]
-    if not all(np.isfinite(each).all() and (each == each.flat[0]).all() for each in ends):
+    if not all(np.isfinite(end).all() and (end == end.flat[0]).all() for end in ends):
         return None
-    low, high = (float(each.flat[0]) for each in ends)
+    low, high = (float(end.flat[0]) for end in ends)
     slope = (high - low) / float(valid[1] - valid[0])
     intercept = low - float(valid[0]) * slope
     if not np.isfinite([slope, intercept]).all():

@@ -122,7 +122,7 @@ def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
     _, image = _chosen_image(spec, path)
     count = sizes_of(path, image).t
     planes = [image.planes.get(str(number), {}) for number in range(count)]
-    seconds = [_number(each, "DeltaT") * (seconds_per(each.get("DeltaTUnit", "s")) or nan) for each in planes]
+    seconds = [_number(plane, "DeltaT") * (seconds_per(plane.get("DeltaTUnit", "s")) or nan) for plane in planes]
     if all(isfinite(time) for time in seconds) and all(after > before for before, after in pairwise(seconds)):
         return TimeAxis(count, tuple(seconds))
     step = _number(image.pixels, "TimeIncrement")

@@ -344,11 +344,11 @@ def _colours_of(path: Path, picture: NgffImage, facts: ArrayFacts, wanted: Colou
     if not any(shown_in):
         return _Colours(path, wanted, (0, 1, 2), has_alpha=count == 4)
     if sorted(shown_in) != sorted(_RGB):
-        found = ", ".join(f"#{each[:6]}" for each in shown_in)
+        found = ", ".join(f"#{value[:6]}" for value in shown_in)
         raise VolprepError(
             "VP1290", path=path, problem=f"its channels are shown in {found}, not in red, green and blue"
         )
-    return _Colours(path, wanted, tuple(shown_in.index(each) for each in _RGB), has_alpha=count == 4)
+    return _Colours(path, wanted, tuple(shown_in.index(name) for name in _RGB), has_alpha=count == 4)
 
 
 def _fixed(

@@ -114,7 +114,7 @@ def spacing_fm_zyx(description: str, resolution: PixelDensity) -> tuple[int, int
     except ValueError:
         return None
     sizes = (depth, 1.0 / resolution.y, 1.0 / resolution.x)
-    z, y, x = (size * _FM_PER_UNIT.get(each, 0.0) for size, each in zip(sizes, units_zyx, strict=True))
+    z, y, x = (size * _FM_PER_UNIT.get(unit, 0.0) for size, unit in zip(sizes, units_zyx, strict=True))
     if not all(_LEAST_FM <= size <= _MOST_FM for size in (z, y, x)):
         return None
     return round(z), round(y), round(x)
@@ -141,7 +141,7 @@ def _says_of_array(description: str, shape: tuple[int, int, int, int]) -> str | 
     if not isinstance(found, list) or not 2 <= len(found) <= 16 or not all(isinstance(n, int) for n in found):
         return None
     of_a_page = [[rows, columns], [rows, columns, channels], [channels, rows, columns]]
-    around = [found[: -len(each)] for each in of_a_page if found[-len(each) :] == each]
+    around = [found[: -len(value)] for value in of_a_page if found[-len(value) :] == value]
     if not around or sum(n > 1 for n in min(around, key=len)) < 2:
         return None
     return f"an array of {'×'.join(map(str, found))} values"

@@ -174,7 +174,9 @@ def _spacing(layout: StackLayout | None, first: Page) -> tuple[tuple[float, floa
 
 def _check_strays(pool: Workers, folder: Path, name: str, first: Page, strays: list[str]) -> None:
     """Raise VP1161 for a picture of another name that is like the slices: it may be one of them."""
-    for stray, (page, *_) in zip(strays, read_headers(pool, [folder / each for each in strays], Silent()), strict=True):
+    for stray, (page, *_) in zip(
+        strays, read_headers(pool, [folder / stray for stray in strays], Silent()), strict=True
+    ):
         if page.kind == first.kind:
             raise unordered(folder, name, stray, "differ in more than a number")
 

@@ -73,19 +73,19 @@ def _difference(stored: NDArray[np.float32], axis: int, kernel: str) -> NDArray[
     Beyond the border values go on as straight lines along the axis, so that differences there have one side and are as
     long as others. Across the axis they stay as they are.
     """
-    border = [(int(each == axis),) * 2 for each in range(3)]
-    across = [(int(each != axis),) * 2 for each in range(3)]
+    border = [(int(dimension == axis),) * 2 for dimension in range(3)]
+    across = [(int(dimension != axis),) * 2 for dimension in range(3)]
     padded = np.pad(np.pad(stored, across, mode="edge"), border, mode="reflect", reflect_type="odd")
 
     def part(offsets: dict[int, int]) -> NDArray[Any]:
         return padded[
-            tuple(slice(1 + offsets.get(each, 0), padded.shape[each] - 1 + offsets.get(each, 0)) for each in range(3))
+            tuple(slice(1 + offsets.get(axis, 0), padded.shape[axis] - 1 + offsets.get(axis, 0)) for axis in range(3))
         ]
 
     if kernel in {"forward", "central"}:
         return np.asarray(part({axis: 1}) - part({axis: 0 if kernel == "forward" else -1}))
     (middle, edge), (_, corner) = _ACROSS[kernel]
-    one, other = (each for each in range(3) if each != axis)
+    one, other = (dimension for dimension in range(3) if dimension != axis)
     total = np.zeros(stored.shape, np.float32)
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):

@@ -24,7 +24,7 @@ def read_file(package: Path, name: str) -> bytes:
     if package.is_dir():
         return (package / name).read_bytes()
     with zipfile.ZipFile(package) as archive:
-        inside = next(each for each in archive.namelist() if each == name or each.endswith(f"/{name}"))
+        inside = next(word for word in archive.namelist() if word == name or word.endswith(f"/{name}"))
         return archive.read(inside)
 
 

@@ -45,7 +45,7 @@ class WitnessedMedium:
 
     def at(self, values: Floats) -> tuple[Floats, Floats]:
         """Return colours [..., 3] and extinctions [...] of physical values; at a jump the upper side."""
-        found = [np.interp(values, self.values, each) for each in (*self.colours.T, self.extinctions_per_mm)]
+        found = [np.interp(values, self.values, value) for value in (*self.colours.T, self.extinctions_per_mm)]
         return np.stack(found[:3], axis=-1), found[3]
 
 
@@ -87,7 +87,7 @@ def picture(
     result = np.zeros((len(origins), 4))
     if not len(met):
         return result
-    is_labels = all(each.nearest for each in shown)
+    is_labels = all(medium.nearest for medium in shown)
     count = max(1, int(np.ceil((leave - enter)[met].max() / step_mm)))
     most = int(shown[0].scan.counts_xyz.sum()) if is_labels else count
     for part in np.array_split(met, -(-len(met) * most // _MOST_SAMPLES)):
@@ -97,9 +97,9 @@ def picture(
             length = (leave - enter)[part, None] / count
             along = enter[part, None] + length * (np.arange(count) + 0.5)
         at = origins[part, None] + along[..., None] * directions[part, None]
-        values = [sampled(each.scan, at, nearest=each.nearest) for each in shown]
+        values = [sampled(medium.scan, at, nearest=medium.nearest) for medium in shown]
         if len(shown) > 1:
-            values = [_within(each.scan, at, found) for each, found in zip(shown, values, strict=True)]
+            values = [_within(medium.scan, at, found) for medium, found in zip(shown, values, strict=True)]
         result[part] = _COMPOSITED[compositing](Samples(shown, values, at, directions[part], length, light))
     return result
 
@@ -138,7 +138,7 @@ def _within(scan: WitnessedScan, world_mm: Floats, values: Floats) -> Floats:
 
 def _through_boxes(shown: Sequence[WitnessedMedium], origins: Floats, directions: Floats) -> tuple[Floats, Floats]:
     """Return where rays enter the first and leave the last of the boxes that they meet."""
-    ends = [_through_box(each.scan, origins, directions) for each in shown]
+    ends = [_through_box(medium.scan, origins, directions) for medium in shown]
     enter = np.min([np.where(leave > enter, enter, np.inf) for enter, leave in ends], axis=0)
     leave = np.max([np.where(leave > enter, leave, -np.inf) for enter, leave in ends], axis=0)
     return enter, leave

@@ -46,7 +46,7 @@ def covered_voxels(file: Any, world_from_index: Floats, shape_zyx: Sequence[int]
                 ring = points @ index_from_world[:3, :3].T + index_from_world[:3, 3]
                 drawn[int(item.ReferencedROINumber)].append((place, ring))
     planes = {number: _planes(rings) for number, rings in drawn.items() if rings}
-    usual = {number: _usual(np.diff([plane.centre for plane in each])) for number, each in planes.items()}
+    usual = {number: _usual(np.diff([plane.centre for plane in value])) for number, value in planes.items()}
     known = sorted(distance for distance in usual.values() if distance is not None)
     others = known[(len(known) - 1) // 2] if known else 1.0
     for number in sorted(planes):
@@ -56,7 +56,7 @@ def covered_voxels(file: Any, world_from_index: Floats, shape_zyx: Sequence[int]
 def _planes(rings: Sequence[tuple[int, Floats]]) -> list[_Plane]:
     """Return the planes of a structure, ascending."""
     found: list[tuple[float, dict[int, list[Floats]]]] = []
-    for item, ring in sorted(rings, key=lambda each: float(each[1][:, 2].mean())):
+    for item, ring in sorted(rings, key=lambda ring: float(ring[1][:, 2].mean())):
         if np.ptp(ring[:, 2]) > _IN_SLICE:
             raise CannotWitnessError("its contours do not lie in slices of the scan")
         centre = float(ring[:, 2].mean())

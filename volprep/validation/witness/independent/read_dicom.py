@@ -28,21 +28,21 @@ def read(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
         raise CannotWitnessError("the pictures have colours")
     along_row, along_column = np.array(first.ImageOrientationPatient, dtype=np.float64).reshape(2, 3)
     normal = np.cross(along_row, along_column)
-    places = np.array([each.ImagePositionPatient for each in headers], dtype=np.float64)
+    places = np.array([header.ImagePositionPatient for header in headers], dtype=np.float64)
     order = _without_copies(headers, places @ normal)
     places = places[order]
-    between_rows_mm, between_columns_mm = (float(each) for each in first.PixelSpacing)
+    between_rows_mm, between_columns_mm = (float(value) for value in first.PixelSpacing)
     thickness_mm = float(getattr(first, "SliceThickness", None) or 1.0)
     step = (places[-1] - places[0]) / (len(places) - 1) if len(places) > 1 else normal * thickness_mm
     axes = np.column_stack([along_row * between_columns_mm, along_column * between_rows_mm, step])
     slopes = [
-        (float(getattr(each, "RescaleSlope", 1)), float(getattr(each, "RescaleIntercept", 0))) for each in headers
+        (float(getattr(header, "RescaleSlope", 1)), float(getattr(header, "RescaleIntercept", 0))) for header in headers
     ]
     slices = [pixel_array(headers[number]) for number in order]
     if len(set(slopes)) == 1:
         return WitnessedScan(np.stack(slices), *slopes[0], affine(axes, places[0]), "")
-    scaled = [(slopes[number], each) for number, each in zip(order, slices, strict=True)]
-    physical = [(slope * each + intercept).astype(np.float32) for (slope, intercept), each in scaled]
+    scaled = [(slopes[number], slice_) for number, slice_ in zip(order, slices, strict=True)]
+    physical = [(slope * plane + intercept).astype(np.float32) for (slope, intercept), plane in scaled]
     return WitnessedScan(np.stack(physical), 1.0, 0.0, affine(axes, places[0]), "")
 
 
@@ -62,14 +62,14 @@ def _series(path: Path, wanted: str | None) -> list[Any]:
     from pydicom.errors import InvalidDicomError  # noqa: PLC0415 - as above
 
     found: dict[str, list[Any]] = {}
-    for file in sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]:
+    for file in sorted(path for path in path.rglob("*") if path.is_file()) if path.is_dir() else [path]:
         try:
             header = pydicom.dcmread(file)
         except InvalidDicomError:
             continue
         if "PixelData" in header and "ImagePositionPatient" in header:
             found.setdefault(str(header.SeriesInstanceUID), []).append(header)
-    chosen = [each for uid, each in found.items() if wanted is None or uid.endswith(wanted)]
+    chosen = [series for uid, series in found.items() if wanted is None or uid.endswith(wanted)]
     if len(chosen) != 1:
         raise CannotWitnessError(f"{len(chosen)} series with single frames were found")
     return chosen[0]

@@ -45,14 +45,16 @@ def _slices(file: Any) -> tuple[NDArray[np.intp], Floats]:
     along_row, along_column = np.array(orientation, dtype=np.float64).reshape(2, 3)
     normal = np.cross(along_row, along_column)
     measures = _of(groups[0], shared, "PixelMeasuresSequence")
-    between_rows_mm, between_columns_mm = (float(each) for each in measures.PixelSpacing)
+    between_rows_mm, between_columns_mm = (float(value) for value in measures.PixelSpacing)
     positions = np.array(
         [_of(group, shared, "PlanePositionSequence").ImagePositionPatient for group in groups], dtype=np.float64
     )
     along_mm = positions @ normal - (positions @ normal).min()
     gaps = np.diff(np.unique(np.round(along_mm, 4)))
     stated = float(measures.get("SpacingBetweenSlices") or measures.get("SliceThickness") or 0.0)
-    pitch_mm = next((each for each in (stated, *gaps[:1].tolist()) if each and _is_even(along_mm, each)), 0.0)
+    pitch_mm = next(
+        (distance for distance in (stated, *gaps[:1].tolist()) if distance and _is_even(along_mm, distance)), 0.0
+    )
     if not pitch_mm:
         raise CannotWitnessError("its frames are not evenly spaced")
     axes = np.column_stack([along_row * between_columns_mm, along_column * between_rows_mm, normal * pitch_mm])

@@ -129,7 +129,7 @@ def _sources(source: Json, base: Path, instead: Path | None) -> dict[str | None,
         return {}
     if not channels:
         return {None: _placed(source, base, instead)}
-    named: dict[str | None, Json] = {each["name"]: _placed(each, base, None) for each in channels}
+    named: dict[str | None, Json] = {channel["name"]: _placed(channel, base, None) for channel in channels}
     return named | {None: _placed(channels[0], base, None)}
 
 

@@ -53,13 +53,7 @@ def read_nifti(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
     stored = stored[..., volume - 1] if stored.ndim == 4 else stored
     matrix = _LPS_FROM_RAS @ image.affine
     matrix[:3] *= _MM[header.get_xyzt_units()[0]]
-    return WitnessedScan(
-        stored.T,
-        float(image.dataobj.slope),
-        float(image.dataobj.inter),
-        matrix,
-        "",
-    )
+    return WitnessedScan(stored.T, float(image.dataobj.slope), float(image.dataobj.inter), matrix, "")
 
 
 def read_nrrd(path: Path, source: Mapping[str, Any]) -> WitnessedScan:  # noqa: ARG001 - as every reader
@@ -96,7 +90,7 @@ def read_ome_tiff(path: Path, source: Mapping[str, Any]) -> WitnessedScan:
         stored, names = stored.take(source["channel"] - 1, names.index("C")), names.replace("C", "")
     if names != "ZYX" or header is None:
         raise CannotWitnessError(f"the file has the axes {axes}")
-    pixels = next(each for each in ElementTree.fromstring(header).iter() if each.tag.endswith("Pixels"))  # noqa: S314
+    pixels = next(element for element in ElementTree.fromstring(header).iter() if element.tag.endswith("Pixels"))  # noqa: S314
     spacing = [
         float(pixels.get(f"PhysicalSize{axis}", "1")) * _MM_OF_OME.get(pixels.get(f"PhysicalSize{axis}Unit", "µm"), 1.0)
         for axis in "XYZ"

@@ -45,4 +45,4 @@ def _images(manifest: Manifest, texture: Texture) -> list[Image]:
         return []
     if texture.mipmap is None:
         return [(texture.format, texture.shape_zyx)]
-    return [(texture.format, each.shape_zyx) for each in manifest.textures if each.file == texture.file]
+    return [(texture.format, same.shape_zyx) for same in manifest.textures if same.file == texture.file]

@@ -120,6 +120,6 @@ def looks(segments: Segments) -> tuple[tuple[float, float, float, float], ...]:
         if not shown:
             found.append((1.0, 1.0, 1.0, 0.0))
             continue
-        red, green, blue = (sum(each.tint[channel] for each in shown) / len(shown) for channel in range(3))
-        found.append((red, green, blue, max(each.opacity for each in shown)))
+        red, green, blue = (sum(segment.tint[channel] for segment in shown) / len(shown) for channel in range(3))
+        found.append((red, green, blue, max(segment.opacity for segment in shown)))
     return tuple(found)

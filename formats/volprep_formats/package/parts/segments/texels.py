@@ -64,13 +64,14 @@ def held_labels(textures: Sequence[Texture], level: int, read: Callable[[str], b
     `read` gives the bytes of a file.
     """
     parts = sorted(
-        (each for each in textures if (each.role, each.level) == ("labels", level)), key=lambda each: each.part
+        (texture for texture in textures if (texture.role, texture.level) == ("labels", level)),
+        key=lambda texture: texture.part,
     )
-    texels = [np.asarray(ktx2.decode(read(each.file), each.file).data, np.uint8) for each in parts]
+    texels = [np.asarray(ktx2.decode(read(part.file), part.file).data, np.uint8) for part in parts]
     mosaic = parts[0].mosaic
     if mosaic is None:
         return labels_of_texels(texels[0])
-    return labels_of_texels(np.asarray(slices_of_mosaic([each[0] for each in texels], mosaic), np.uint8))
+    return labels_of_texels(np.asarray(slices_of_mosaic([texel[0] for texel in texels], mosaic), np.uint8))
 
 
 def look_texels(looks: Sequence[tuple[float, float, float, float]], texel_format: LookupFormat) -> NDArray[np.generic]:

@@ -16,7 +16,7 @@ def slice_texels(package: Package, transfer: str, axis: StackAxis) -> UInt8Array
     Raises what `Package.read_bytes` and the texture readers raise.
     """
     tiles: list[UInt8Array] = []
-    for texture in sorted(package.manifest.textures, key=lambda each: each.part):
+    for texture in sorted(package.manifest.textures, key=lambda texture: texture.part):
         layout = texture.slices
         if layout is None or (texture.transfer, layout.axis) != (transfer, axis):
             continue

@@ -79,7 +79,7 @@ def ends_mm(
     """Return where a block begins and ends, x, y and z, from the corner of the box of its voxels."""
     spacing_mm_xyz = np.array(spacing_mm_zyx[::-1])
     starts = np.array([side.low[0] for side in sides_xyz])
-    begins, ends = (np.array(each) for each in zip(*((side.begins, side.ends) for side in sides_xyz), strict=True))
+    begins, ends = (np.array(value) for value in zip(*((side.begins, side.ends) for side in sides_xyz), strict=True))
     return (begins - starts) * spacing_mm_xyz, (ends - starts) * spacing_mm_xyz
 
 
