@@ -21,6 +21,7 @@ have_mesa() {
 have_gles_headers() { printf '#include <EGL/egl.h>\n#include <GLES3/gl3.h>\n' | compile; }
 have_mingw() { command -v x86_64-w64-mingw32-gcc >/dev/null; }
 have_glslang() { command -v glslangValidator >/dev/null; }
+have_spirv_cross() { command -v spirv-cross >/dev/null; }
 have_chromium() { command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; }
 have_firefox() { { command -v firefox-esr || command -v firefox; } >/dev/null && command -v Xvfb >/dev/null; }
 have_mono() { command -v mcs >/dev/null && command -v mono >/dev/null; }
@@ -43,7 +44,7 @@ things=(
     "gles_headers|headers of EGL and OpenGL ES (only for tests)|libegl-dev libgles-dev|libglvnd-devel|libglvnd|-"
     "mingw|C compiler for Windows (only for a test of the C header)|gcc-mingw-w64-x86-64-win32|mingw64-gcc|mingw-w64-gcc|mingw-w64"
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
-    "spirv-cross|converter of shaders to HLSL (only for tests and tools/hlsl.py)|spirv-cross|spirv-tools|spirv-cross|spirv-cross"
+    "spirv_cross|converter of shaders to HLSL (only for tests and tools/hlsl.py)|spirv-cross|spirv-tools|spirv-cross|spirv-cross"
     "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
     "firefox|Firefox, and a screen without a monitor (only for tests)|firefox-esr xvfb|firefox xorg-x11-server-Xvfb|firefox xorg-server-xvfb|-"
     "mono|C# compiler and runtime (only for a test of the reader for Unity)|mono-mcs mono-runtime|mono-core|mono|mono"
@@ -76,9 +77,9 @@ tell() {
             *) echo "volprep: missing: ${field[1]}. $1 ${field[$2]}" ;;
         esac
     done >&2
-    # All but the last eight must be there.
+    # All but the last nine must be there.
     case ${missing[0]} in
-        gles_headers* | mingw* | glslang* | chromium* | firefox* | mono* | dcm2niix* | openvdb*) exit 0 ;;
+        gles_headers* | mingw* | glslang* | spirv_cross* | chromium* | firefox* | mono* | dcm2niix* | openvdb*) exit 0 ;;
     esac
     exit 2
 }
