@@ -33,7 +33,7 @@ export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * 
 /** @param {readonly number[]} a @param {readonly number[]} b */
 export const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 /** @param {readonly number[]} a */
-export const unit = (a) => a.map((value) => value / Math.hypot(...a));
+export const unit = (a) => a.map((x) => x / Math.hypot(...a));
 /** @param {readonly number[]} a @param {readonly number[]} b @param {number} [by] */
 const plus = (a, b, by = 1) => a.map((each, i) => each + by * b[i]);
 
@@ -54,7 +54,7 @@ export function invert(matrix) {
       .slice(c)
       .reduce((best, r) => (Math.abs(rows[r][c]) > Math.abs(rows[best][c]) ? r : best), c);
     [rows[c], rows[pivot]] = [rows[pivot], rows[c]];
-    rows[c] = rows[c].map((value) => value / rows[c][c]);
+    rows[c] = rows[c].map((x) => x / rows[c][c]);
     for (let r = 0; r < 4; r++) if (r !== c) rows[r] = plus(rows[r], rows[c], -rows[r][c]);
   }
   return Array.from({ length: 16 }, (_, i) => rows[i % 4][4 + (i >> 2)]);
@@ -89,7 +89,7 @@ export function worldFromClip({ eye, forward, up, height, focus, projection }, a
   const right = unit(cross(ahead, up));
   const above = cross(right, ahead);
   const [x, y] = [(height / 2) * aspect, height / 2];
-  const columns = [right, above, ahead.map((value) => -value)];
+  const columns = [right, above, ahead.map((x) => -x)];
   const rotation = [...columns.flatMap((column) => [...column, 0]), ...eye, 1];
   if (projection === "orthographic")
     return multiply(rotation, [x, 0, 0, 0, 0, y, 0, 0, 0, 0, -focus, 0, 0, 0, -focus, 1]);
@@ -187,7 +187,7 @@ export class Orbit {
     const about = (/** @type {number[]} */ v, /** @type {number[]} */ axis, /** @type {number} */ angle) =>
       plus(
         plus(
-          v.map((value) => value * Math.cos(angle)),
+          v.map((x) => x * Math.cos(angle)),
           cross(axis, v),
           Math.sin(angle),
         ),

@@ -89,7 +89,7 @@ OF_SHADERS = (
     Mutant(
         "normal-code",
         "codes of normals are not centred",
-        f"{_GLSL}/light/biased8.glsl",
+        f"{_GLSL}/light/normal_codes.glsl",
         "return (texel.rgb * 255.0 - 128.0) / 127.0;",
         "return texel.rgb;",
         "dicom",

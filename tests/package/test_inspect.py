@@ -10,6 +10,7 @@ import typer
 from typer.testing import CliRunner
 
 from volprep.parts.mosaic.montage import montage
+from volprep_cli.common import with_common_options
 from volprep_cli.inspect import inspect
 from volprep_cli.inspect_tables import tables_of
 from volprep_formats.diagnostics import VolprepError
@@ -19,7 +20,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 
 app = typer.Typer()
-app.command()(inspect)
+app.command()(with_common_options(inspect))
 
 
 def run(*arguments: str) -> str:

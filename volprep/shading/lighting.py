@@ -81,7 +81,7 @@ def normals_of(texture: Texture, dialect: Dialect) -> Feature:
     code = texture.normals.code
     slots: dict[str, Slot] = {
         "lighting": "light/normals",
-        "normal_code": f"light/{code}",
+        "normal_code": f"light/normal_codes:{code}",
         "normal_texels": "light/normals:texture3d",
         "octahedron": "light/octahedron",
     }

@@ -35,10 +35,10 @@ import { has } from "./shapes.js";
  */
 export function choose(pack, name, index, frame) {
   const { manifest } = pack;
-  const picture = manifest.pictures.find((picture) => picture.name === name);
-  const drawing = picture?.drawings.filter((drawing) => drawing.level === index)[frame];
-  const channel = manifest.channels.find((channel) => channel.name === picture?.media[0].channel);
-  const level = channel?.levels.find((level) => level.index === index);
+  const picture = manifest.pictures.find((each) => each.name === name);
+  const drawing = picture?.drawings.filter((each) => each.level === index)[frame];
+  const channel = manifest.channels.find((each) => each.name === picture?.media[0].channel);
+  const level = channel?.levels.find((each) => each.index === index);
   if (!drawing?.step_mm || !level) throw nothing(pack, name, `frame ${frame} of level ${index}`);
   const { program, textures } = namedBy(pack, drawing);
   const values = drawing.values.map(({ source, numbers }) => [source, numbers.length > 1 ? numbers : numbers[0]]);
@@ -69,7 +69,7 @@ export function nothing(pack, transfer, level) {
 export function namedBy({ name: path, manifest }, drawing, piece) {
   const program = manifest.programs.find(({ name }) => name === drawing.program);
   const textures = drawing.textures.flatMap(
-    (name) => piece?.(name) ?? manifest.textures.find((texture) => texture.name === name) ?? [],
+    (name) => piece?.(name) ?? manifest.textures.find((each) => each.name === name) ?? [],
   );
   if (program?.samplers.length === textures.length) return { program, textures };
   const problem = `program ${drawing.program} reads ${program?.samplers.length} textures, and ${textures.length} are there`;
@@ -88,8 +88,8 @@ export function sharing(manifest, texture) {
 
 /** Bytes that the textures of a choice take on the GPU. @param {Manifest} manifest @param {Choice} choice */
 export function bytesOf(manifest, choice) {
-  const files = new Map(choice.textures.map((texture) => [texture.file, texture]));
-  const all = [...files.values()].flatMap((value) => sharing(manifest, value));
+  const files = new Map(choice.textures.map((each) => [each.file, each]));
+  const all = [...files.values()].flatMap((each) => sharing(manifest, each));
   return all.reduce((sum, each) => sum + texelBytes(checkedFormat(each), each.shape_zyx), 0);
 }
 

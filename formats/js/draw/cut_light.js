@@ -48,7 +48,7 @@ function isCutAs({ grid }, { light }, planes) {
   const extent = [...grid.extent_mm_zyx].reverse();
   const near = SAME * Math.hypot(...extent);
   const cutting = planes
-    .map((plane) => plane.map((value) => value / Math.hypot(...plane.slice(0, 3))))
+    .map((plane) => plane.map((x) => x / Math.hypot(...plane.slice(0, 3))))
     .filter(([a, b, c, d]) => d + [a, b, c].reduce((sum, each, i) => sum + Math.min(each * extent[i], 0), 0) < -near);
   const wanted = light?.planes ?? [];
   const finds = (/** @type {import("../core/types.js").ClipPlane} */ { normal, constant_mm: constant }) =>

@@ -32,7 +32,7 @@ export function problemOf({ sky, ground, suns = [], turn }) {
   if (!Array.isArray(suns)) return "suns is no list";
   if (suns.some(({ direction, colour }) => !areNumbers(direction, 3) || (colour && !areNumbers(colour, 3))))
     return "a sun has no direction or colour of three numbers";
-  if (suns.some(({ direction }) => !direction.some((value) => value !== 0))) return "the direction of a sun is zero";
+  if (suns.some(({ direction }) => !direction.some((x) => x !== 0))) return "the direction of a sun is zero";
   return turn && !isRotation(turn) ? "turn is no rotation of nine numbers" : "";
 }
 
@@ -69,7 +69,7 @@ export function environmentOf(model, changed, white = false) {
     const length = Math.hypot(...direction);
     add(
       colour,
-      direction.map((value) => value / length),
+      direction.map((x) => x / length),
     );
   }
   return environment;

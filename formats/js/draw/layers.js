@@ -17,7 +17,7 @@ const SQUARE = [
 ];
 
 /** @param {Vector} a @param {number} by */
-export const times = (a, by) => a.map((value) => value * by);
+export const times = (a, by) => a.map((x) => x * by);
 
 /** @param {Vector} m column by column @param {Vector} at four numbers */
 const product = (m, at) =>

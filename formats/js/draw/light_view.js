@@ -19,7 +19,7 @@ export function lightFromBox(light, extent) {
   const nearest = light.map((at, axis) => Math.min(Math.max(at, 0), extent[axis]));
   const distance = Math.hypot(...minus(nearest, light));
   if (!(distance > 1e-6 * Math.hypot(...extent))) return null;
-  const ahead = minus(nearest, light).map((value) => value / distance);
+  const ahead = minus(nearest, light).map((x) => x / distance);
   const least = [0, 1, 2].reduce((best, axis) => (Math.abs(ahead[axis]) < Math.abs(ahead[best]) ? axis : best), 0);
   const right = unit(
     cross(

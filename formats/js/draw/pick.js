@@ -136,7 +136,7 @@ export class Picker {
     let [low, high] = part;
     for (let round = 0; round < ROUNDS; round++) {
       const size = (high - low) / ENDS;
-      const reached = this.#opacities(at(part[0]), at, low, size).findIndex((value) => value >= opacity);
+      const reached = this.#opacities(at(part[0]), at, low, size).findIndex((x) => x >= opacity);
       if (reached < 0 && !round) return null;
       // Shorter rays have other samples: at the end of a round the last of it may lack what the round before had.
       const n = reached < 0 ? ENDS - 1 : reached;

@@ -395,7 +395,7 @@ export class Technique {
 /** With the sign for which w is positive in front of the eye. @param {number[]} boxFromClip */
 function clipFromBox(boxFromClip) {
   const sign = boxFromClip[15] < 0 ? -1 : 1;
-  return invert(boxFromClip).map((value) => sign * value);
+  return invert(boxFromClip).map((x) => sign * x);
 }
 
 /**
@@ -406,7 +406,7 @@ export function faces(m, extent, front) {
   // Where the matrix of a perspective has its eye; with parallel rays a point at infinity, w = 0.
   let eye = [-m[8], -m[9], -m[10], -m[11]];
   if (Math.abs(eye[3]) * Math.max(...extent) > 1e-9 * Math.hypot(eye[0], eye[1], eye[2]))
-    eye = eye.map((value) => value / eye[3]);
+    eye = eye.map((x) => x / eye[3]);
   else {
     const ends = [-1, 1].map((depth) =>
       [0, 1, 2].map((row) => (depth * m[8 + row] + m[12 + row]) / (depth * m[11] + m[15])),

@@ -145,7 +145,7 @@ export class Mesh {
    */
   front(boxFromClip) {
     const sign = boxFromClip[15] < 0 ? -1 : 1;
-    const clipFromBox = invert(boxFromClip).map((value) => sign * value);
+    const clipFromBox = invert(boxFromClip).map((x) => sign * x);
     const [x, y, z] = this.#ends;
     for (let corner = 0; corner < 8; corner++) {
       const at = [x[corner & 1], y[(corner >> 1) & 1], z[corner >> 2], 1];

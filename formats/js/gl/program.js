@@ -13,8 +13,8 @@ const ATTRIBUTES = ["a_ndc", "a_position", "a_corner", "a_slice"];
 
 /** Turns off everything that changes or leaves out pixels. @param {Gl} gl */
 export function drawAll(gl) {
-  for (const value of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
-    gl.disable(value);
+  for (const test of [gl.BLEND, gl.DITHER, gl.DEPTH_TEST, gl.STENCIL_TEST, gl.CULL_FACE, gl.SCISSOR_TEST])
+    gl.disable(test);
   gl.colorMask(true, true, true, true);
 }
 
@@ -61,7 +61,7 @@ function begin(gl, vertex, fragment) {
     gl.compileShader(shader);
     gl.attachShader(handle, shader);
   }
-  for (const attribute of ATTRIBUTES) gl.bindAttribLocation(handle, 0, attribute);
+  for (const name of ATTRIBUTES) gl.bindAttribLocation(handle, 0, name);
   gl.linkProgram(handle);
   return /** @type {WebGLProgram} */ (handle);
 }

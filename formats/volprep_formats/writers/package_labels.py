@@ -1,5 +1,6 @@
 """Label images of a package for OME-Zarr: its segments, or a label map that is the scan itself."""
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from itertools import count
 from pathlib import Path
@@ -87,7 +88,8 @@ def _is_label_map(manifest: Manifest) -> bool:
 
 
 def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> LabelImage:
-    told = manifest.source.info.label_numbers or tuple(range(round(manifest.statistics.maximum) + 1))
+    bits = 8 if manifest.quantization is None else manifest.quantization.bits
+    told = manifest.source.info.label_numbers or tuple(range(2**bits))
     # Numbers beyond 16 bits are names; the values are then the codes.
     stored_type = _stored_type(told)
     values = np.array(told if stored_type else range(len(told)), np.int64)
@@ -107,9 +109,10 @@ def _label_map(path: Path, level: int | None, name: str, manifest: Manifest) -> 
 def _entries_of(
     function: TransferFunction, numbers: Sequence[int], values: NDArray[np.int64]
 ) -> Iterator[WrittenLabel]:
-    """Yield number and colour of each code that the transfer function makes visible."""
+    """Yield number and colour of each code that the transfer function makes visible, to the one after its points."""
     seen = count()
-    colours, extinctions_per_mm = Table.exact(function).at(np.arange(len(numbers), dtype=np.float64))
+    codes = np.arange(min(len(numbers), math.ceil(function.points[-1].value) + 1), dtype=np.float64)
+    colours, extinctions_per_mm = Table.exact(function).at(codes)
     for code in np.flatnonzero(extinctions_per_mm > 0.0).tolist():
         red, green, blue = (round(255 * float(part)) for part in srgb_of_linear(colours[code]))
         yield WrittenLabel(int(values[code]), str(numbers[code]), (red, green, blue, _MOST_OPAQUE), (next(seen),))

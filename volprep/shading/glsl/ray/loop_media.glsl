@@ -1,9 +1,10 @@
-//: GLSL ES 3.00: a loop through media on several grids. Each medium jumps over its empty space, outside of its box and
-//: by its own skip table. A run ends where another medium begins, and where the box of a medium does, so that its samples
-//: are of the same media with the same weights. A run of one medium has a loop of its own: drivers that run both sides of
-//: every branch save nothing by a condition in the loop. Word FIRST_SEEN: the least seen$OF. Sections, of medium $OF:
-//: seen, with slot own_table; table, with BLOCK, the edge of its blocks in voxels; start_of; look, for the next sample
-//: that shows it; ahead, before a run; alone, a run of this medium, with OTHERS, the least seen of all others.
+//: GLSL ES 3.00: a loop through media on several grids. Each medium jumps over its empty space, outside of its box
+//: and by its own skip table. A run ends where another medium begins, and where the box of a medium does, so that
+//: its samples are of the same media with the same weights. A run of one medium has a loop of its own: drivers
+//: that run both sides of every branch save nothing by a condition in the loop. Word FIRST_SEEN: the least
+//: seen$OF. Sections, of medium $OF: seen, with slot own_table; table, with BLOCK, the edge of its blocks in
+//: voxels; start_of; look, for the next sample that shows it; ahead, before a run; alone, a run of this medium,
+//: with OTHERS, the least seen of all others.
 while (next < $LAST$GOING) {
   //#part media_look
   float run_start = $FIRST_SEEN;

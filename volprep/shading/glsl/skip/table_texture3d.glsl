@@ -1,5 +1,5 @@
 //: GLSL ES 3.00. In: u_skip, R8, 3D, one texel a block; u_blocks_from_box, per millimetre. Constant: half a voxel in
-//: blocks. Section entries: the table u_skip$OF alone; its slot skip_octant, where the table has one part for each octant
+//: blocks. Section entries: the table u_skip$OF alone; its slot skip_octant, where the table has a part for each octant
 //: of directions: section octant.
 //#part skip_entries
 
