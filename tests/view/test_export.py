@@ -83,6 +83,7 @@ def test_one_file_draws_from_the_disk_and_loads_nothing(browser, one_file) -> No
 def test_one_file_measures_and_keeps_the_result(browser, one_file) -> None:
     assert opened(browser, one_file.as_uri()) == "ready"
     found = browser.run("""
+        document.getElementById("measure").closest("details").open = true;
         document.querySelector("#measure button.main").click();
         const place = document.getElementById("measure");
         while (!/view /.test(place.innerText)) await new Promise((resolve) => setTimeout(resolve, 50));

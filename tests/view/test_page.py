@@ -415,6 +415,7 @@ def test_a_device_is_measured_and_what_it_sends_agrees_with_validation(browser, 
         assert opened(browser, server.url) == "ready"
         told = browser.run(
             """
+            document.getElementById("measure").closest("details").open = true;
             document.querySelector("#measure button.main").click();
             const done = () => /Sent to volprep|VP\\d{4}/.test(document.getElementById("measure").innerText);
             while (!done()) await new Promise((resolve) => setTimeout(resolve, 100));
