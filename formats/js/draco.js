@@ -33,7 +33,7 @@ export function dracoDecoder(module) {
       return { positions, indices: new Uint32Array(module.HEAPF32.buffer, at, size / 4).slice() };
     } finally {
       module._free(at);
-      for (const value of [values, mesh, decoder]) module.destroy(value);
+      for (const held of [values, mesh, decoder]) module.destroy(held);
     }
   };
 }

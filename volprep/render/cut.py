@@ -232,8 +232,8 @@ def _with_shared(grid: SubvolumeGrid, place: Index, span: Box, box: Box, empty: 
     if above.isdisjoint(empty):
         return span
     z, y, x = (
-        slice(each.start, max(each.stop, min(cuts[at + 1] + 1, whole.stop)))
-        for each, cuts, at, whole in zip(span, grid.cuts_zyx, place, box, strict=True)
+        slice(side.start, max(side.stop, min(cuts[at + 1] + 1, whole.stop)))
+        for side, cuts, at, whole in zip(span, grid.cuts_zyx, place, box, strict=True)
     )
     return z, y, x
 

@@ -151,6 +151,7 @@ def _composed(features: Sequence[Feature], dialect: Dialect, grid: Grid) -> str:
         "FRONT_AT": "stored_value",
         "GOING": "",
         "OF": "",
+        "AROUND": "",
         "FROM_VIEWER": "ray",
         "LOW_CORNER_MM": "vec3(0.0)",
         "HIGH_CORNER_MM": literal(*grid.extent_mm_zyx[::-1]),

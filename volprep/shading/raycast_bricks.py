@@ -37,7 +37,7 @@ def sampling(
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks", words, slots))},
         samplers=samplers,
-        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "OF": "centre, "} if gradients else {}),
+        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "AROUND": "centre, "} if gradients else {}),
     )
 
 
@@ -58,7 +58,7 @@ def on_demand(layout: OnDemand, grid: Grid, *, gradients: bool) -> Feature:
     return Feature(
         slots={"sampling": (voxel_positions(grid.spacing_mm_zyx), Instance("sampling/bricks:on_demand", words, slots))},
         samplers=(Sampler(name="u_volume", role="brick-pool"), Sampler(name="u_bricks", role="brick-pages")),
-        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "OF": "centre, "} if gradients else {}),
+        offers=in_voxels(grid.shape_zyx) | ({"NEAR": "value_near", "AROUND": "centre, "} if gradients else {}),
     )
 
 

@@ -102,7 +102,7 @@ def drawn_with_segments(
         }
         slots["weight"] = f"{_VALUES}:weight" if segments.border == "crisp" else None
         # Gradients of the visible values.
-        offers = {"STORED": "scan_value", "NEAR": "stored_value", "OF": "", "HIDDEN": literal(-HIDDEN_BELOW)}
+        offers = {"STORED": "scan_value", "NEAR": "stored_value", "AROUND": "", "HIDDEN": literal(-HIDDEN_BELOW)}
         offers["SAME"] = literal(SAME)
         offers["OF_POSITION"] = "" if program.sampling != "texture3d" else words["OF_VOXELS"]
     else:

@@ -130,7 +130,7 @@ def _table_in_texture3d(table: SkipTable) -> Feature:
     return Feature(
         slots={
             "skip_table": "skip/table_texture3d",
-            "skip_entries": (Instance("skip/table_texture3d:entries", {"OF": ""}),),
+            "skip_entries": "skip/table_texture3d:entries",
             "skip_octant": "skip/table_texture3d:octant" if octants else None,
         },
         words={"OCTANT_TABLES": _OCTANT_TABLES if octants else ""},

@@ -141,7 +141,7 @@ function made(three) {
 function materials(scene) {
   /** @type {Set<THREE.Material>} */
   const found = new Set();
-  scene.traverseVisible((value) => materialsOf(value).forEach((one) => found.add(one)));
+  scene.traverseVisible((object) => materialsOf(object).forEach((one) => found.add(one)));
   return [...found];
 }
 

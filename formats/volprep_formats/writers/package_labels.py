@@ -123,12 +123,12 @@ def _segments(package: Package, segments: Segments, level: int | None) -> LabelI
     values = _values_of(segments)
     stored_type: StoredType = _stored_type(values) or "uint16"
     held = manifest.levels_of("labels")
-    chosen = [each for each in manifest.levels if each.index in held and level in {None, each.index}]
+    chosen = [record for record in manifest.levels if record.index in held and level in {None, record.index}]
 
     def levels() -> Iterator[tuple[int, VolumeSource]]:
-        for each in chosen:
-            codes = held_labels(manifest.textures, each.index, package.read_bytes)
-            yield each.index, _labels(each.grid, np.array(values).astype(stored_type)[codes], stored_type)
+        for record in chosen:
+            codes = held_labels(manifest.textures, record.index, package.read_bytes)
+            yield record.index, _labels(record.grid, np.array(values).astype(stored_type)[codes], stored_type)
 
     places = {segment.name: place for place, segment in enumerate(segments.segments)}
     functions = {function.name: function for function in manifest.transfer_functions}

@@ -28,10 +28,10 @@ def composed(
     shaders = compose_program(package, design, rays, skips=skips)
     before = tuple(_pass(design, value, number) for number, value in enumerate(shaders.before))
     texts = {design.vertex: shaders.vertex, design.fragment: shaders.fragment}
-    for each, made in zip(shaders.before, before, strict=True):
-        texts[made.fragment] = each.fragment
-        if each.vertex is not None:
-            texts[made.vertex] = each.vertex
+    for shader, made in zip(shaders.before, before, strict=True):
+        texts[made.fragment] = shader.fragment
+        if shader.vertex is not None:
+            texts[made.vertex] = shader.vertex
     light_pass = None
     if shaders.light_pass is not None:
         made = _pass(design, shaders.light_pass, len(before))

@@ -125,7 +125,7 @@ async function undisturbed(stage, changes, look, size, work) {
     for (const change of changes) again.push(await change.takeBack());
     return await lend(stage, size, work);
   } finally {
-    for (const value of again) await value();
+    for (const redo of again) await redo();
     look.lock(false);
   }
 }

@@ -211,7 +211,7 @@ export class SliceRenderer {
   dispose() {
     const gl = this.#gl;
     this.#free();
-    for (const value of [this.#corners, this.#square]) gl.deleteBuffer(value);
+    for (const buffer of [this.#corners, this.#square]) gl.deleteBuffer(buffer);
     gl.deleteFramebuffer(this.#target.frame);
     gl.deleteTexture(this.#target.texture);
     for (const each of [this.#slices, this.#shown]) gl.deleteProgram(each.handle);
@@ -270,7 +270,7 @@ export class SliceRenderer {
       this.#size = [width, height];
     }
     gl.viewport(0, 0, width, height);
-    for (const value of [gl.DEPTH_TEST, gl.CULL_FACE, gl.DITHER, gl.SCISSOR_TEST]) gl.disable(value);
+    for (const test of [gl.DEPTH_TEST, gl.CULL_FACE, gl.DITHER, gl.SCISSOR_TEST]) gl.disable(test);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.enable(gl.BLEND);

@@ -1,6 +1,6 @@
 //: Normals from the volume itself. Sections: central; central_of_levels, with FINEST_VOXEL_MM, the size of a voxel of
 //: level 0; forward. The sampling gives stored_value, the size of a voxel in positions, the end of the last voxel, the
-//: number of positions per millimetre, and NEAR, which reads the volume beside `centre`; OF is its first argument.
+//: number of positions per millimetre, and NEAR, which reads the volume beside `centre`; AROUND is its first argument.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at(vec3 at) {
@@ -10,8 +10,8 @@ vec3 normal_at(vec3 at) {
   vec3 x = vec3(voxel.x, 0.0, 0.0);
   vec3 y = vec3(0.0, voxel.y, 0.0);
   vec3 z = vec3(0.0, 0.0, voxel.z);
-  vec3 before = vec3(${NEAR}(${OF}centre - x), ${NEAR}(${OF}centre - y), ${NEAR}(${OF}centre - z));
-  vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
+  vec3 before = vec3(${NEAR}(${AROUND}centre - x), ${NEAR}(${AROUND}centre - y), ${NEAR}(${AROUND}centre - z));
+  vec3 behind = vec3(${NEAR}(${AROUND}centre + x), ${NEAR}(${AROUND}centre + y), ${NEAR}(${AROUND}centre + z));
   return (behind - before) * (0.5 * $POSITION_PER_MM / voxel);
 }
 //#section central_of_levels
@@ -27,8 +27,8 @@ vec3 normal_at(vec3 at) {
   vec3 x = vec3(apart.x, 0.0, 0.0);
   vec3 y = vec3(0.0, apart.y, 0.0);
   vec3 z = vec3(0.0, 0.0, apart.z);
-  vec3 before = vec3(${NEAR}(${OF}centre - x), ${NEAR}(${OF}centre - y), ${NEAR}(${OF}centre - z));
-  vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
+  vec3 before = vec3(${NEAR}(${AROUND}centre - x), ${NEAR}(${AROUND}centre - y), ${NEAR}(${AROUND}centre - z));
+  vec3 behind = vec3(${NEAR}(${AROUND}centre + x), ${NEAR}(${AROUND}centre + y), ${NEAR}(${AROUND}centre + z));
   return (behind - before) * (0.5 * $POSITION_PER_MM / apart);
 }
 //#section forward
@@ -40,6 +40,6 @@ vec3 normal_at(vec3 at) {
   vec3 x = vec3(voxel.x, 0.0, 0.0);
   vec3 y = vec3(0.0, voxel.y, 0.0);
   vec3 z = vec3(0.0, 0.0, voxel.z);
-  vec3 behind = vec3(${NEAR}(${OF}centre + x), ${NEAR}(${OF}centre + y), ${NEAR}(${OF}centre + z));
+  vec3 behind = vec3(${NEAR}(${AROUND}centre + x), ${NEAR}(${AROUND}centre + y), ${NEAR}(${AROUND}centre + z));
   return (behind - stored_value(centre)) * ($POSITION_PER_MM / voxel);
 }
