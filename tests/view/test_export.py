@@ -61,7 +61,7 @@ def test_any_server_of_static_files_serves_the_folder(browser, folder) -> None:
     with WebServer({"page": folder}) as server:
         assert opened(browser, f"{server.url}/page/index.html") == "ready"
         assert picture(browser)[..., 3].max() > 0.5
-        assert "you can save it" in text_of(browser, "measure")
+        assert "you can save it" in browser.run("return document.getElementById('measure').textContent")
     assert browser.console == []
 
 

@@ -9,6 +9,8 @@ const SLICES = { axial: [2, -1], coronal: [1, 1], sagittal: [0, -1] };
 /** A share of the way along a normal with this sign, from that along the axis, and back. @param {number} sign @param {number} share */
 const along = (sign, share) => (sign > 0 ? share : 1 - share);
 
+/** Direction of view in box space, where the plane stands, 0 in front of everything, and the slice that it is. @typedef {{normal: number[], share: number, slice?: string}} Plane */
+
 /**
  * @param {import("../runtime/stage.js").Stage} stage
  * @param {any} manifest
@@ -18,7 +20,7 @@ const along = (sign, share) => (sign > 0 ? share : 1 - share);
 export function cutControls(stage, manifest, changed, put) {
   const extent = [...manifest.grid.extent_mm_zyx].reverse();
   const box = [[...extent].fill(0), [...extent]];
-  /** Direction of view in box space, where the plane stands, 0 in front of everything, and the slice that it is. @type {{normal: number[], share: number, slice?: string} | null} */
+  /** @type {Plane | null} */
   let plane = null;
   const isCut = () =>
     plane !== null || box[0].some((value) => value > 0) || box[1].some((each, axis) => each < extent[axis]);
@@ -55,7 +57,7 @@ export function cutControls(stage, manifest, changed, put) {
     "aria-label": "Depth of the plane",
   });
   const facing = make("button", { type: "button" }, "Cut towards you, from here");
-  /** Cuts by a plane, or by none. @param {typeof plane} wanted */
+  /** Cuts by a plane, or by none. @param {Plane | null} wanted */
   const cutBy = (wanted) => {
     plane = wanted;
     depth.disabled = !plane;

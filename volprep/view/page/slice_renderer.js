@@ -121,6 +121,10 @@ export class SliceRenderer {
     return this.#pack.levels[0].index;
   }
 
+  get grid() {
+    return this.#pack.levels[0].grid;
+  }
+
   /** Draws another transfer function. @param {string} name */
   async setProgram(name) {
     const wanted = this.#pack.manifest.textures.filter(
@@ -166,9 +170,8 @@ export class SliceRenderer {
     const [rows, columns] = parts[0].layout.slice_shape_yx;
     gl.uniform2f(locations.slice_size, columns, rows);
     bind(gl, 1, parts[0].palette);
-    const { grid } = this.#pack.levels[0];
-    for (const polygon of backToFront(polygons(parts, grid), boxFromClip, AXES.indexOf(axis)))
-      this.#drawPolygon(axis, grid, polygon);
+    for (const polygon of backToFront(polygons(parts, this.grid), boxFromClip, AXES.indexOf(axis)))
+      this.#drawPolygon(axis, polygon);
     gl.disable(gl.BLEND);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
@@ -287,8 +290,8 @@ export class SliceRenderer {
     return held.filter(({ cosine }) => cosine >= most - TIE)[0];
   }
 
-  /** @param {Axis} axis @param {any} grid @param {Polygon} polygon */
-  #drawPolygon(axis, grid, { place, slice, next, share }) {
+  /** @param {Axis} axis @param {Polygon} polygon */
+  #drawPolygon(axis, { place, slice, next, share }) {
     const gl = this.#gl;
     const { locations } = this.#slices;
     bind(gl, 0, slice.part.indices);
@@ -297,7 +300,7 @@ export class SliceRenderer {
     gl.uniform4fv(locations.next_tile, [...next.tile, ...next.part.size]);
     gl.uniform1f(locations.next_share, share);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#square);
-    gl.bufferData(gl.ARRAY_BUFFER, square(axis, grid, place), gl.STREAM_DRAW);
+    gl.bufferData(gl.ARRAY_BUFFER, square(axis, this.grid, place), gl.STREAM_DRAW);
     gl.enableVertexAttribArray(0);
     gl.enableVertexAttribArray(1);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 20, 0);
