@@ -117,6 +117,14 @@ class Choices:
             metavar="PATH",
         ),
     ] = None
+    transform: Annotated[
+        Path | None,
+        typer.Option(
+            help="Registration of --with onto the first scan: a file of ITK, FLIRT or DICOM. If not given, both must "
+            "be in one frame of reference.",
+            metavar="FILE",
+        ),
+    ] = None
     segments: Annotated[
         Path | None,
         typer.Option(
@@ -144,6 +152,9 @@ class Choices:
     def __post_init__(self) -> None:
         if unknown := set(self.repair or ()) - set(_REPAIRS):
             msg = f"--repair is {min(unknown)}, and can be gaps or tilt"
+            raise typer.BadParameter(msg)
+        if self.transform is not None and self.with_ is None:
+            msg = "--transform needs --with; a scene says it in [[source.channels]]"
             raise typer.BadParameter(msg)
         if self.segment_names is not None and self.segments is None:
             msg = "--segment-names needs --segments; a scene says names in [segments]"
@@ -176,7 +187,7 @@ class Choices:
             told_of_segments = {key: value for key, value in settings.items() if value is not None}
             request = request.with_segments(self.segments, **told_of_segments)
         request = request if self.preset is None else request.with_preset(self.preset)
-        return request if self.with_ is None else request.with_veil(self.with_)
+        return request if self.with_ is None else request.with_veil(self.with_, self.transform)
 
     def _frames(self) -> int | str | None:
         if self.frames is None:

@@ -283,16 +283,21 @@ class ChannelSpec(SourceSpec):
 
     name: ChannelName
     """Name of the channel, which transfer functions use; lower-case letters, digits, - and _."""
-    transform: tuple[FiniteRow, FiniteRow, FiniteRow, tuple[Literal[0], Literal[0], Literal[0], Literal[1]]] | None = (
-        None
-    )
+    transform: (
+        tuple[FiniteRow, FiniteRow, FiniteRow, tuple[Literal[0], Literal[0], Literal[0], Literal[1]]] | str | None
+    ) = None
     """Registration: rows of the 4×4 matrix that takes places of this file to places of the first channel, both in
-    millimetres of the patient's space (LPS). If absent, both are in one frame of reference."""
+    millimetres of the patient's space (LPS), or the file of a registration: of ITK, FLIRT or DICOM. If absent, both are
+    in one frame of reference."""
+
+    def placed(self, registration: Affine | None) -> Self:
+        """Return the same channel with the matrix of a registration, or with none."""
+        return self.model_copy(update={"transform": registration and (*registration, (0, 0, 0, 1))})
 
     @property
     def affine(self) -> Affine | None:
-        """The first three rows of `transform`."""
-        return None if self.transform is None else self.transform[:3]
+        """The first three rows of `transform`, whose file has been read."""
+        return None if self.transform is None or isinstance(self.transform, str) else self.transform[:3]
 
     @model_validator(mode="after")
     def _has_no_channels_of_its_own(self) -> Self:

@@ -13,6 +13,7 @@ from volprep.scene.scene import Scene, TogetherSettings
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
+from volprep_formats.grid import Affine
 from volprep_formats.package.channel import Statistics
 from volprep_formats.source import SUV_UNIT, ChannelSpec, SourceInfo, SourceSpec
 
@@ -54,13 +55,16 @@ class MeasuredScan:
     """A sample of physical values."""
 
 
-def with_veil(scene: Scene, source: SourceSpec) -> Scene:
-    """Return the scene of one scan with a second scan over it, whose looks are decided when both are measured."""
+def with_veil(scene: Scene, source: SourceSpec, registration: Affine | None = None) -> Scene:
+    """Return the scene of one scan with a second scan over it, whose looks are decided when both are measured.
+
+    `registration` is that of the second one onto the first one, if they are in two spaces.
+    """
     body = ChannelSpec.model_validate({**scene.source.model_dump(exclude={"channels"}), "name": BODY})
     veil = ChannelSpec.model_validate({**source.model_dump(exclude={"channels"}), "name": VEIL, "suv": True})
     undecided = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
     looks = tuple(SceneTransfer(name=name, channel=name, points=undecided) for name in (BODY, VEIL))
-    both = scene.with_source(SourceSpec(channels=(body, veil))).with_transfer(looks)
+    both = scene.with_source(SourceSpec(channels=(body, veil.placed(registration)))).with_transfer(looks)
     return both.model_copy(update={"together": TogetherSettings(name=_PICTURE)})
 
 

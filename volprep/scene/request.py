@@ -21,8 +21,10 @@ from volprep_formats.look_files import is_looks, read_looks
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.path_text import path_of_text, path_text
+from volprep_formats.progress import Silent
 from volprep_formats.record import problems
-from volprep_formats.source import SourceSpec
+from volprep_formats.registration import registration
+from volprep_formats.source import ChannelSpec, SourceSpec
 from volprep_formats.transfer_files import read_transfer_file
 
 UNNAMED = "scan"
@@ -57,12 +59,17 @@ class Request:
         wanted = SegmentsSettings.model_validate(told) if wanted is None else wanted.model_copy(update=told)
         return replace(self, scene=self.scene.with_segments(wanted))
 
-    def with_veil(self, source: Path) -> Self:
-        """Return the same request with a second scan over the first one. Raises VP3078 unless it is a scan alone."""
+    def with_veil(self, source: Path, transform: Path | None = None) -> Self:
+        """Return the same request with a second scan over the first one, and the file that registers the two.
+
+        Raises VP3078 unless it is a scan alone, and the errors of `registration`.
+        """
         scene = self.scene
         if not self.first_look or scene.segments is not None or scene.source.channels or scene.source.frames:
             raise VolprepError("VP3078", path=source)
-        return replace(self, scene=with_veil(scene, SourceSpec(path=path_text(source.absolute()))))
+        veil = SourceSpec(path=path_text(source.absolute()))
+        placed = None if transform is None else registration(transform, veil, scene.source, Silent())
+        return replace(self, scene=with_veil(scene, veil, placed))
 
     def with_grid(self, size: Literal["auto"] | int) -> Self:
         """Return the same request with sub-volumes of another size."""
@@ -181,8 +188,16 @@ def at_place(spec: SourceSpec, base: Path, instead: Path | None) -> SourceSpec:
         # All channels of a colour come from one source.
         if instead is not None and any(channel.colour is None for channel in spec.channels):
             raise VolprepError("VP1243", path=instead)
-        return spec.model_copy(update={"channels": tuple(channel.resolved(base, instead) for channel in spec.channels)})
+        first, *others = (channel.resolved(base, instead) for channel in spec.channels)
+        return spec.model_copy(update={"channels": (first, *(_registered(other, first, base) for other in others))})
     return spec.resolved(base, instead)
+
+
+def _registered(channel: ChannelSpec, first: ChannelSpec, base: Path) -> ChannelSpec:
+    """Return a channel with the matrix of its registration in place of the file's name."""
+    if not isinstance(channel.transform, str):
+        return channel
+    return channel.placed(registration(base / path_of_text(channel.transform), channel, first, Silent()))
 
 
 def request_of(path: Path, profile: str | None = None, source: Path | None = None) -> Request:

@@ -170,9 +170,9 @@ VP1226 SOURCE {path}: the file refers to {name!r}, which lies outside of it
 VP1227 SOURCE {path}: the file gives {found} along {axis}, although it gives the other sizes
     Correct the physical size of the voxels in the program that wrote the file.
 VP1240 SOURCE {path}: channel {name} is not registered with channel {first}: {difference}
-    If another program has registered the two, give its matrix as transform in [[source.channels]]; or resample {name}
-    onto the grid of {first}. Channels may have grids of their own if their files place them in one space: DICOM series
-    with one FrameOfReferenceUID, or NIfTI, NRRD, MetaImage, MGH, MINC and MRtrix files.
+    If another program has registered the two, give its file or its matrix as transform in [[source.channels]], or as
+    --transform; or resample {name} onto the grid of {first}. Channels may have grids of their own if their files place
+    them in one space: DICOM series with one FrameOfReferenceUID, or NIfTI, NRRD, MetaImage, MGH, MINC, MRtrix files.
 VP1241 SCENE {path}: a transfer function is for channel {wanted}, which the source does not have
     Set transfer.channel to one of: {found}.
 VP1242 SCENE {path}: source.channels is "all", but {format} files have one channel
@@ -186,6 +186,9 @@ VP1245 SCENE {path}: the picture {name} cannot be drawn: {reason}
     Leave [together] out, name other transfer functions in it, or change what the message names.
 VP1246 SCENE {path}: channel {name} has a grid of its own, which does not go with {what}
     Leave that out, or resample {name} onto the grid of the first channel before the build.
+VP1247 SOURCE {path}: this registration cannot be used: {reason}
+    A registration is an affine map of ITK (.tfm, .txt, .h5, or .mat of ANTs), a matrix of FLIRT between two NIfTI
+    files, or a DICOM Spatial Registration of both scans. Or write its matrix into the scene as transform.
 VP1250 PACKAGE {path}: the package holds no level {level}, only: {found}
     Choose one of these. volprep inspect shows them.
 VP1251 OUTPUT {path}: a file of this name exists
