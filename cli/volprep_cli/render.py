@@ -1,15 +1,30 @@
 """volprep render: one picture of a package."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from volprep_cli.console import print_json, print_line, wants_json
+from volprep_cli.console import print_json, print_line, progress, wants_json
 from volprep_cli.outputs import Force, Package, require_new
 from volprep_cli.picture_options import Background, Level, Size, Step, Transfer, View, size_of
 
-Output = Annotated[Path, typer.Option("-o", "--output", help="PNG file to write.", metavar="PICTURE")]
+if TYPE_CHECKING:
+    from volprep.pipeline.shot import Shot
+
+Output = Annotated[
+    Path,
+    typer.Option(
+        "-o",
+        "--output",
+        help="PNG file to write; of several pictures an .mp4 or .webp file, or a folder.",
+        metavar="PICTURE",
+    ),
+]
+Turntable = Annotated[
+    int, typer.Option(min=0, help="Draw so many pictures of one turn around the body's long axis.", metavar="COUNT")
+]
+Frames = Annotated[bool, typer.Option("--frames", help="Draw all frames of a time series, each as long as it lasted.")]
 Eye = Annotated[
     str | None,
     typer.Option(
@@ -72,6 +87,8 @@ def render(
     size: Size = "512x512",
     level: Level = None,
     frame: Frame = 0,
+    frames: Frames = False,
+    turntable: Turntable = 0,
     point: Point = None,
     transfer: Transfer = None,
     background: Background = "black",
@@ -114,6 +131,9 @@ def render(
         hybrid=hybrid,
         brick_bytes=None if memory is None else int(memory * 2**20),
     )
+    if frames or turntable:
+        _film(package, shot, output, turn=turntable, frames=frames)
+        return
     taken = take(package, shot, output)
     if wants_json():
         drawn = {"level": taken.level, "drawn_by": taken.drawn_by, "driver": taken.driver, "seen": taken.seen}
@@ -125,6 +145,22 @@ def render(
         print_line(note)
     if taken.seen == 0.0:
         print_line("Nothing is seen: every pixel is empty. The volume may be smaller than a pixel, or transparent.")
+
+
+def _film(package: Path, shot: "Shot", output: Path, *, turn: int, frames: bool) -> None:
+    from volprep.pipeline.film import Film, shoot
+    from volprep_formats.diagnostics import VolprepError
+
+    if shot.frame or shot.point is not None or shot.brick_bytes is not None:
+        raise VolprepError("VP5026", path=output, problem="it is of all frames, and of levels")
+    with progress() as bar:
+        count, seconds, taken = shoot(package, shot, Film(turn, frames), output, bar)
+    if wants_json():
+        print_json({"film": str(output), "pictures": count, "seconds": seconds, "drawn_by": taken.drawn_by})
+    else:
+        print_line(
+            f"{output}: {count} pictures in {seconds:.3g} s, level {taken.level}, {taken.drawn_by}, {taken.driver}"
+        )
 
 
 def _eye(text: str) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 from volprep_formats.diagnostics import VolprepError
 
-Extra = Literal["validate", "batch", "zarr", "convex", "seg", "surface", "registration"]
+Extra = Literal["validate", "batch", "zarr", "convex", "seg", "surface", "registration", "film"]
 """An extra that commands ask for before they start."""
 
 
@@ -30,6 +30,7 @@ EXTRAS: dict[Extra, ExtraUse] = {
     "zarr": ExtraUse("OME-Zarr", ("zarr",)),
     "seg": ExtraUse("DICOM segmentations", ("highdicom",)),
     "surface": ExtraUse("surfaces", ("skimage", "fast_simplification", "pxr")),
+    "film": ExtraUse("films", ("av",)),
     "registration": ExtraUse("registrations by ITK and its programs", ("SimpleITK",)),
     "convex": ExtraUse('form = "convex" of a proxy', ("scipy",)),
 }

@@ -57,7 +57,7 @@ def _of_itk(path: Path) -> Affine:
     import SimpleITK  # noqa: PLC0415 - only for these files
 
     try:
-        transform = SimpleITK.ReadTransform(str(path))
+        transform = SimpleITK.ReadTransform(str(path))  # type: ignore[no-untyped-call]
     except RuntimeError as error:
         raise _refused(path, "ITK cannot read it as a transform") from error
     if transform.GetDimension() != 3 or not transform.IsLinear():

@@ -26,10 +26,33 @@ def filled(
 
     Neither side may be 0. `step_mm` is that of `render`. Raises the errors of the renderer.
     """
+    return box_from_clip @ frame_of(first_look(renderer, box_from_clip, shape_hw, step_mm))
+
+
+def first_look(
+    renderer: Renderer | SliceRenderer,
+    box_from_clip: Float64Array,
+    shape_hw: tuple[int, int],
+    step_mm: float | None = None,
+) -> Float32Array:
+    """Return the opacity [row, column] of a small picture that shows more than the camera does."""
+    small = _small(shape_hw)
+    return renderer.render(box_from_clip @ _farther(small), small, step_mm)[..., 3]
+
+
+def frame_of(opacity: Float32Array) -> Float64Array:
+    """Return the 4×4 from clip coordinates of the framed picture to the camera's, given its first look."""
+    return _farther(opacity.shape) @ window_of_seen(opacity)
+
+
+def _small(shape_hw: tuple[int, int]) -> tuple[int, int]:
     height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
-    farther = _ROOM * max(height / width, 1.0)
-    whole = box_from_clip @ np.diag([farther, farther, 1.0, 1.0])
-    return whole @ window_of_seen(renderer.render(whole, (height, width), step_mm)[..., 3])
+    return height, width
+
+
+def _farther(shape_hw: tuple[int, ...]) -> Float64Array:
+    scale = _ROOM * max(shape_hw[0] / shape_hw[1], 1.0)
+    return np.diag([scale, scale, 1.0, 1.0])
 
 
 def window_of_seen(opacity: Float32Array) -> Float64Array:

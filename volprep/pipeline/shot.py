@@ -84,20 +84,14 @@ def draw(package_path: Path, shot: Shot) -> tuple[FloatArray, Taken]:
     grid = package.manifest.box
     height, width = shot.shape_hw
     camera = camera_of(package.manifest, shot)
-    with _renderer(package, shot) as renderer:
+    with renderer_for(package, shot) as renderer:
         box_from_clip = camera.box_from_clip(grid, width / max(height, 1))
         if shot.fill and min(shot.shape_hw) > 0:
             box_from_clip = filled(renderer, box_from_clip, shot.shape_hw)
         if shot.brick_bytes is not None:
             return _from_bricks(package, shot, shot.brick_bytes, box_from_clip)
-        asked = None if package.manifest.render is None else package.manifest.render.hybrid
-        hybrid = shot.hybrid or (None if asked is None else HybridWish.of_package(asked, shot.shape_hw))
-        if hybrid is None:
-            picture = renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
-        else:
-            picture = hybrid_picture(renderer, hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
-        seen = float((picture[..., 3] > 0.0).mean())
-        return picture, Taken(renderer.level.index, renderer.name, str(renderer.driver), seen)
+        picture = rendered(renderer, package, shot, box_from_clip)
+        return picture, taken_by(renderer, picture)
 
 
 def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
@@ -106,6 +100,24 @@ def take(package_path: Path, shot: Shot, picture_path: Path) -> Taken:
     picture, taken = draw(package_path, shot)
     write_file(picture_path, png_bytes(encoded(picture, shot.background)), "VP5021")
     return taken
+
+
+def rendered(
+    renderer: Renderer | SliceRenderer, package: Package, shot: Shot, box_from_clip: Float64Array
+) -> FloatArray:
+    """Draw with the lines and the smaller picture that the shot or its package asks for."""
+    settings = package.manifest.render
+    asked = None if settings is None else settings.hybrid
+    hybrid = shot.hybrid or (None if asked is None else HybridWish.of_package(asked, shot.shape_hw))
+    if hybrid is None:
+        return renderer.render(box_from_clip, shot.shape_hw, shot.step_mm)
+    return hybrid_picture(renderer, hybrid, box_from_clip, shot.shape_hw, shot.step_mm)
+
+
+def taken_by(renderer: Renderer | SliceRenderer, picture: FloatArray) -> Taken:
+    """Say what drew a picture, and how much of it."""
+    seen = float((picture[..., 3] > 0.0).mean())
+    return Taken(renderer.level.index, renderer.name, str(renderer.driver), seen)
 
 
 def _from_bricks(
@@ -125,7 +137,8 @@ def _from_bricks(
         return picture, Taken(0, renderer.name, driver, seen, (notes, *(str(brick) for brick in damaged)))
 
 
-def _renderer(package: Package, shot: Shot) -> Renderer | SliceRenderer:
+def renderer_for(package: Package, shot: Shot) -> Renderer | SliceRenderer:
+    """Return the renderer of a picture. Raises the errors of `renderer_of` and `load_edit`."""
     edit = None if shot.edit is None else FunctionEdit(load_edit(shot.edit, package.manifest.levels[0].grid))
     return renderer_of(package, level=shot.level, transfer=shot.transfer, point=shot.point, edit=edit)
 

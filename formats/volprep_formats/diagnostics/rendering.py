@@ -55,6 +55,9 @@ VP5024 RENDER a step of {step_mm} mm takes up to {turns} turns of the shader's l
     Choose a step of {possible} mm or more; in a scene, a larger render.step_voxels.
 VP5025 USAGE there is no background {name}
     Name one of: {known}.
+VP5026 OUTPUT {path}: this film cannot be made: {problem}
+    Films are .mp4 and .webp files, or folders of PNG files: a name without an ending. --turntable turns any package,
+    --frames plays a time series; both draw levels, so --memory, --point and --frame do not go with them.
 VP5040 RENDER the light at {light} (box millimetres) is inside the volume: no view of it holds the volume for a shadow \
 map
     Move the light out of the volume, or build the package with lighting.shadows = rays.
