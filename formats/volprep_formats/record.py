@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -20,6 +20,14 @@ _IN_WORDS = (
     ("a-z0-9", "a name has lower-case letters, digits, - and _, and nothing else"),
 )
 """Descriptions of the name patterns, by a substring of the pattern."""
+
+
+Kind = TypeVar("Kind")
+
+
+def present(*parts: Kind | None) -> tuple[Kind, ...]:
+    """Return those that are there."""
+    return tuple(part for part in parts if part is not None)
 
 
 class Record(BaseModel):

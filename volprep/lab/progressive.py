@@ -67,7 +67,7 @@ def take_progressively(package_path: Path, shot: Shot, finishing: Finishing, fol
     """
     require_extra("validate")
     package = Package.open(package_path)
-    if not package.manifest.profile.has_shaders:
+    if not package.manifest.programs:
         raise VolprepError("VP5041", technique="slices")
     level = coarse_level(package, shot.transfer)
     with ExitStack() as stack:

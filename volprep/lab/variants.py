@@ -63,7 +63,7 @@ def first_channel(manifest: Manifest, judge: Judge, no_shaders: str, what: str) 
 
     Raises the code `no_shaders` for devices without shaders, and VP3046 for `what` of a volume in colour.
     """
-    if not manifest.profile.has_shaders:
+    if not manifest.programs:
         raise VolprepError(no_shaders, profile=manifest.profile.name)
     if judge.scene.colour is not None:
         raise VolprepError("VP3046", what=what)

@@ -71,8 +71,3 @@ def required(part: Part | None) -> Part:
     """Return the part of the plan that a stage carries out: a plan without it does not have the stage."""
     assert part is not None  # noqa: S101 - `Plan.stages` has been made so
     return part
-
-
-def present(*parts: Record | None) -> tuple[Record, ...]:
-    """Return those parts of a plan that it has, as settings of a stage."""
-    return tuple(part for part in parts if part is not None)

@@ -132,13 +132,10 @@ def plan_build(request: Request, progress: Progress, device: tuple[Path, DeviceR
     scanned = [value for _, value in read]
     if prepared.frames:
         scanned = [_with_frames(prepared, scanned[0], progress)]
-    first, segments, labels = scanned[0], None, None
-    if prepared.segments is not None:
-        segments, found = find_segments(prepared.segments, first.info.grid, progress)
-        labels = InMemory.of(found)
-    scene = prepared.looked_at(
-        [(scanned_channel.info, scanned_channel.measured) for scanned_channel in scanned], segments
-    )
+    segmented = [find_segments(wanted, scanned[0].info.grid, progress) for wanted in prepared.segments]
+    measured = [(channel.info, channel.measured) for channel in scanned]
+    scene = prepared.looked_at(measured, (segments for segments, _ in segmented))
+    segments, labels = next(((segments, InMemory.of(found)) for segments, found in segmented), (None, None))
     return make_plan(scene, prepared.profile, scanned, segments, labels)
 
 

@@ -101,9 +101,8 @@ def _imported(prepared: Prepared, folder: Path, progress: Progress, start: bytes
             found = found.with_frame(later, number, len(frames))
         measured.append(found)
     assert draft is not None  # noqa: S101 - a scene has at least one channel
-    segments = None
-    if prepared.segments is not None:
-        segments = import_segments(draft, prepared.segments, records[0].info.grid, progress)
+    grid = records[0].info.grid
+    segments = [import_segments(draft, wanted, grid, progress) for wanted in prepared.segments]
     scene = prepared.looked_at([*zip((record.info for record in records), measured, strict=True)], segments)
     draft.write(SCENE, "work", scene_bytes(scene))
     if start:

@@ -1,6 +1,6 @@
 """First step of a build: the request with its channels listed, ready to be opened."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.path_text import no_such_path, path_of_text
 from volprep_formats.progress import Progress, Silent
 from volprep_formats.readers import format_of_source
+from volprep_formats.record import present
 from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
 
 
@@ -61,15 +62,15 @@ class Prepared:
                 yield source
 
     @property
-    def segments(self) -> SegmentSource | None:
-        """Where the segments of the scan are; None if the scene has none."""
-        wanted = self.scene.segments
-        if wanted is None:
-            return None
-        path = Path("/") / path_of_text(wanted.source)
-        return SegmentSource(path, wanted.table, self.channels[0].spec, wanted.smoothing_mm)
+    def segments(self) -> tuple[SegmentSource, ...]:
+        """Where the segments of the scan are; empty if the scene has none."""
+        spec = self.channels[0].spec
+        return tuple(
+            SegmentSource(Path("/") / path_of_text(wanted.source), wanted.table, spec, wanted.smoothing_mm)
+            for wanted in present(self.scene.segments)
+        )
 
-    def looked_at(self, found: Sequence[tuple[SourceInfo, Measured]], segments: FoundSegments | None) -> Scene:
+    def looked_at(self, found: Sequence[tuple[SourceInfo, Measured]], segments: Iterable[FoundSegments]) -> Scene:
         """Return the scene with the transfer functions that suit the measurements of its channels, if it has none."""
         if not self.first_look:
             return self.scene
@@ -79,7 +80,7 @@ class Prepared:
         info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces
         scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)
-        holding = holding_segments(segments) if segments else ()
+        holding = [number for of_scan in segments for number in holding_segments(of_scan)]
         return with_segment_styles(scene, self.profile, info, statistics, holding)
 
     def sources(

@@ -96,7 +96,7 @@ def _missing_resolution(manifest: Manifest) -> Iterator[str]:
     reason = "" if why is None else f": {why.reason}"
     way = (
         "--on-demand keeps it, in bricks that an app fetches as its view needs them, and --grid auto in sub-volumes"
-        if manifest.profile.has_shaders
+        if manifest.programs
         else "a profile with shaders may keep it"
     )
     yield f"full resolution is left out, the finest level has {held} of {full} voxels{reason}; {way}"

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -26,7 +26,7 @@ NAME = "import"
 """Name of the stage."""
 
 
-def import_key(specs: Sequence[SourceSpec], version: str, segments: SegmentSource | None = None) -> str:
+def import_key(specs: Sequence[SourceSpec], version: str, segments: Iterable[SegmentSource] = ()) -> str:
     """Digest of the source: settings and files of each channel, with the files' sizes and times of change.
 
     It includes the files of segments, if there are any.
@@ -35,10 +35,10 @@ def import_key(specs: Sequence[SourceSpec], version: str, segments: SegmentSourc
     """
     states = [state for spec in specs for place in spec.places() for state in _states(place)]
     described: list[object] = [version, [spec.model_dump(mode="json") for spec in specs], states]
-    if segments is not None:
-        described.append(
-            [segments.table, segments.smoothing_mm, [[os.fspath(file), _states(file)] for file in segments.files]]
-        )
+    described += [
+        [source.table, source.smoothing_mm, [[os.fspath(file), _states(file)] for file in source.files]]
+        for source in segments
+    ]
     text = json.dumps(described)
     return hashlib.sha256(text.encode()).hexdigest()
 

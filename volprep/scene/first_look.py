@@ -194,7 +194,7 @@ def _lit_in_voxels(scene: Scene, profile: DeviceProfile) -> Scene:
     """Return a scene of labels lit from the viewer, if devices have 3D textures and the scene says nothing else."""
     stated = {"lighting", "compositing", "technique", "classification"} & scene.render.model_fields_set
     is_other = scene.editable or scene.bricks is not None or scene.grid is not None or scene.textures.mipmaps
-    if stated or is_other or not (profile.has_shaders and profile.max_3d_texture_size):
+    if stated or is_other or not profile.max_3d_texture_size:
         return scene
     normals = scene.normals or NormalSettings(code="oct8")
     lighting = scene.lighting.model_copy(update={"normals": "volume"})

@@ -12,6 +12,7 @@ from volprep.shading.mosaic import Mosaic
 from volprep.shading.shadows import shadows_of
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.normals.record import SOFT_LENGTH, SOFT_SLOPE
+from volprep_formats.package.picture import Mixing
 from volprep_formats.package.program import Light, ProgramDesign, Sampler
 from volprep_formats.package.texture import Texture
 
@@ -21,9 +22,7 @@ _SHINE = {
 }
 
 
-def lighting(
-    program: ProgramDesign, normals: Texture | None, grid: Grid, dialect: Dialect, *, of_segments: bool
-) -> Feature:
+def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, dialect: Dialect, mixing: Mixing) -> Feature:
     """Return the light of a program: the same for every level that it draws.
 
     Of normals in a mosaic of several textures, `normals` is any; none where the shader takes differences of values on
@@ -35,7 +34,7 @@ def lighting(
             raise ValueError(msg)
         found, soft = normals_of(normals, dialect), SOFT_LENGTH
     else:
-        found = _slopes(program, grid, of_segments=of_segments)
+        found = _slopes(program, grid, mixing)
         soft = SOFT_SLOPE / min(grid.spacing_mm_zyx)
     words = {**found.words, "SOFT_SQUARED": literal(soft**2)}
     slots: dict[str, Slot] = {**found.slots, "lighting_start": "light/headlight:start"}
@@ -56,10 +55,10 @@ def lighting(
     )
 
 
-def _slopes(program: ProgramDesign, grid: Grid, *, of_segments: bool) -> Feature:
+def _slopes(program: ProgramDesign, grid: Grid, mixing: Mixing) -> Feature:
     """Return the feature that takes differences of values."""
     name = f"light/gradient:{program.normals_from}"
-    if program.normals_from == "central" and max(program.levels) > 0 and not of_segments:
+    if program.normals_from == "central" and max(program.levels) > 0 and mixing != "labels":
         return Feature({"lighting": f"{name}_of_levels"}, {"FINEST_VOXEL_MM": literal(*grid.spacing_mm_zyx[::-1])})
     return Feature(slots={"lighting": name})
 

@@ -172,10 +172,7 @@ def _shadow_map(package: Package, program: ProgramDesign, grid: Grid, rays: RayS
     unlit = program.model_copy(update={"lighting": "none", "light": None, "baked": False})
     walk = WALKS["ray-casting"](TechniqueInput(unlit, grid, "es300", rays.step_of(min(program.levels))))
     sampling, classified, *skipping = _features(package, unlit, grid, skips=skips, groups=None)
-    segments = package.manifest.segments
-    of_segments = segments is not None and program.transfer == segments.name
-    # Values of segments depend on their looks; others need no classification.
-    valued = [values_alone(classified)] if of_segments else []
+    valued = values_alone(classified)
     sampled = (sampling, *valued, *skipping)
     surface = compositing(package.manifest, program, rays, walk, ends_early=False)
     features = [walk.feature, *sampled, surface, map_feature(valued[0].slots["classification"] if valued else None)]
@@ -249,12 +246,13 @@ def _features(
     manifest = package.manifest
     pieces = _pieces(package) if program.sampling == "subvolumes" else None
     picture = manifest.picture(program.transfer)
-    if picture is not None and picture.mixing in {"sum", "colour"}:
+    mixing = "one" if picture is None else picture.mixing
+    if picture is not None and mixing in {"sum", "colour"}:
         features = [*drawn_together(manifest, picture, program, skips=skips)]
-    elif manifest.segments is not None and program.transfer == manifest.segments.name:
+    elif mixing == "labels":
         sampled = _sampling(package, program, grid, pieces)
         group = 1 if groups is None else int(groups.offers["GROUP"])
-        features = [*drawn_with_segments(manifest, manifest.segments, program, sampled, pieces, group=group)]
+        features = [*drawn_with_segments(manifest, program, sampled, pieces, group=group)]
     else:
         features = [_sampling(package, program, grid, pieces), _classification(package, program)]
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
@@ -263,8 +261,7 @@ def _features(
     if program.lighting != "none":
         level = min(program.levels)
         normals = (texture for texture in manifest.textures if (texture.role, texture.level) == ("normals", level))
-        of_segments = manifest.segments is not None
-        lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, of_segments=of_segments)
+        lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, mixing)
         lit = lit_in_voxels(lit) if features[1].slots["classification"] == VOXELS else lit
     if program.baked:
         held = manifest.lights()[program.transfer]

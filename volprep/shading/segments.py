@@ -61,7 +61,6 @@ _BYTES = {False: "({texel}).{low} * 255.0", True: "dot(({texel}).{low}{high}, ve
 
 def drawn_with_segments(
     manifest: Manifest,
-    segments: Segments,
     program: ProgramDesign,
     sampling: Feature,
     pieces: SubvolumeGrid | None = None,
@@ -72,6 +71,8 @@ def drawn_with_segments(
 
     So many samples make a `group`. Unlit groups read labels once, lit ones normals.
     """
+    segments = manifest.segments
+    assert segments is not None  # noqa: S101 - a picture of labels has them
     volume = tuple(replaced(sampler, segments.transfers[0]) for sampler in sampling.samplers)
     dialect = manifest.profile.dialect
     classify: list[Instance] = []
@@ -134,8 +135,8 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, rays: RaySampli
     labels FLIP was 0.031 in place of 0.003 on a small scan. Shadow rays classify samples of their own. Groups of pieces
     would begin elsewhere than groups of the whole, and so would lit groups from the far end of a ray.
     """
-    segments = manifest.segments
-    if segments is None or program.transfer != segments.name or not walk.loops:
+    segments, picture = manifest.segments, manifest.picture(program.transfer)
+    if segments is None or picture is None or picture.mixing != "labels" or not walk.loops:
         return 1
     if program.compositing in OF_ONE_VALUE or program.sampling == "subvolumes":
         return 1
@@ -153,11 +154,14 @@ def samples_of_group(manifest: Manifest, program: ProgramDesign, rays: RaySampli
     return min(size, _LIT_GROUP) if is_lit else size
 
 
-def values_alone(classified: Feature) -> Feature:
-    """Return how a shadow map reads values without hidden voxels: no colours, and no tables of them."""
+def values_alone(classified: Feature) -> tuple[Feature, ...]:
+    """Return how a shadow map reads values without hidden voxels; nothing without labels, whose looks decide on them.
+
+    It has no colours, and no tables of them.
+    """
     slots: dict[str, Slot] = {**classified.slots, "classification": f"{_VALUES}:value"}
     samplers = tuple(sampler for sampler in classified.samplers if sampler.role in {"labels", "looks"})
-    return replace(classified, slots=slots, samplers=samplers)
+    return (replace(classified, slots=slots, samplers=samplers),) if samplers else ()
 
 
 def _labels_of(pieces: SubvolumeGrid, dialect: Dialect) -> Feature:

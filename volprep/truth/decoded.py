@@ -186,9 +186,9 @@ def table_function(
     if palette is not None:
         return _palette_function(palette, _quantization(package).window, function)
     texture = table_for(manifest.textures, "transfer", transfer, level)
-    segments = table_for(manifest.textures, "preintegrated", transfer, level)
-    if segments is not None and segments.level is not None:
-        texture = segments
+    integrals = table_for(manifest.textures, "preintegrated", transfer, level)
+    if integrals is not None and integrals.level is not None:
+        texture = integrals
     if texture is None:
         return function
     texels = (edited or {}).get(texture.name)

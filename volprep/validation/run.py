@@ -201,16 +201,15 @@ def _together(package: Package, channels: Mapping[str, Subject], found: Judge) -
 
 def _labelled(package: Package, derived: Derived, size: int) -> Iterator[Subject]:
     """Return the subject of a scan with its segments, where there are any."""
-    segments = derived.manifest.segments
-    if segments is not None and derived.labels is not None:
+    for segments, labels in derived.labels:
         # The view of its channel holds no program of the picture.
         scan = replace(derived.scans[derived.manifest.channels[0].name], normals=light_of_scan(package.manifest))
-        yield LabelledSubject(package, scan, size, derived.labels, segments)
+        yield LabelledSubject(package, scan, size, labels, segments)
 
 
 def _measure(benches: list[Bench]) -> MeasuredPrograms:
     """Measure all programs of all channels."""
-    if not benches[0].subject.package.manifest.profile.has_shaders:
+    if not benches[0].subject.package.manifest.programs:
         return measure_slices(benches[0])
     programs = [(bench, program) for bench in benches for program in bench.subject.programs]
     viewed = [measure_views(bench, program, SWEEP_VIEW) for bench, program in programs]

@@ -98,19 +98,14 @@ def shown_with(path: Path, report: Path | None, usual_report: Path) -> ShownPack
     package. A usual report of another package is not shown.
     """
     package = Package.open(path)
-    profile = package.manifest.profile
-    if not profile.has_shaders and not _has_palettes(package):
-        raise VolprepError("VP7030", path=path, profile=profile.name)
+    if any(texture.format != PALETTED for texture in package.manifest.textures_of("slices")):
+        raise VolprepError("VP7030", path=path, profile=package.manifest.profile.name)
     folder = report or usual_report
     if not is_report_of(folder, path):
         if report is not None:
             raise VolprepError("VP7039", path=report)
         return ShownPackage(package, None, None)
     return ShownPackage(package, folder, _truth(folder, path))
-
-
-def _has_palettes(package: Package) -> bool:
-    return all(texture.format == PALETTED for texture in package.manifest.textures)
 
 
 def make_site(shown: ShownPackage, *, takes_devices: bool) -> Site:

@@ -32,10 +32,9 @@ def _picture(manifest: Manifest, picture: Picture) -> Iterator[str]:
     programs = {program.name: program for program in manifest.programs}
     textures = {texture.name for texture in manifest.textures}
     meshes = {mesh.name for mesh in manifest.proxy.meshes} if manifest.proxy is not None else set()
-    has_shaders = manifest.profile.has_shaders
     for drawing in picture.drawings:
         found = [f"names the texture {name}, which is not there" for name in drawing.textures if name not in textures]
-        if has_shaders:
+        if manifest.profile.has_shaders:
             found += _read(programs, drawing.program or "", drawing.textures)
             if drawing.step_mm is None:
                 found.append("takes samples at no distance")

@@ -19,6 +19,7 @@ from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.files import source_name
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.readers.volpkg import LevelSource, open_levels
+from volprep_formats.record import present
 from volprep_formats.source import SourceInfo, StoredType, VolumeSource
 from volprep_formats.srgb import srgb_of_linear
 from volprep_formats.writers.label_image import LabelImage, WrittenLabel, WrittenSegment
@@ -41,14 +42,12 @@ def label_images(path: Path, level: int | None, channels: Collection[str]) -> li
     if any(source_name(channel.name) in files for channel in manifest.channels):
         # A draft gives the scan as it was imported, with its labels.
         return []
-    images = [
+    maps = [
         _label_map(path, level, name, package.manifest)
         for name, package in channel_packages(package).items()
         if _is_label_map(package.manifest) and name in channels
     ]
-    if manifest.segments is not None:
-        images.append(_segments(package, manifest.segments, level))
-    return images
+    return [*maps, *(_segments(package, segments, level) for segments in present(manifest.segments))]
 
 
 def labels_of_level(path: Path, level: int | None, channel: str | None) -> tuple[LabelImage, VolumeSource]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from volprep.parts.level_choices import file_of_level, own_tables, table_of_level
 from volprep.parts.levels.joint_histogram import joint_shares
-from volprep.parts.stage import Shapes, Stage, Work, present
+from volprep.parts.stage import Shapes, Stage, Work
 from volprep.parts.work import codes_of_level, codes_of_source
 from volprep.plan.products import EditingPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, PreintegratedPlan
@@ -29,7 +29,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.textures import ktx2
 
 

@@ -23,7 +23,7 @@ from volprep.parts.levels.projected import ProjectedChooser
 from volprep.parts.levels.refined import AUTO, THOROUGH, RefineBudget
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
 from volprep.parts.programs.step import layers_of
-from volprep.parts.stage import Stage, Work, any_channel, present
+from volprep.parts.stage import Stage, Work, any_channel
 from volprep.parts.texels import voxels_of
 from volprep.parts.work import classified_name, coarser_levels, codes_name, codes_of_source
 from volprep.plan.level_choice import LevelChoice
@@ -38,7 +38,7 @@ from volprep_formats.package.parts.normals.record import SOFT_SLOPE
 from volprep_formats.package.program import LAID_OVER, CompositingName, PassTarget
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 
 CANDIDATES: tuple[LevelFilter, ...] = (
     "box",

@@ -18,7 +18,7 @@ from volprep.parts.light.kept import KeptSamples
 from volprep.parts.light.lit import lit_volume
 from volprep.parts.light.solve import LightField, solve_field
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
+from volprep.parts.stage import Shapes, Stage, Work, any_channel, required
 from volprep.parts.work import source_info, source_volume
 from volprep.plan.products import LightPlan, LightTexturePlan
 from volprep.plan.records import ChannelPlan
@@ -32,7 +32,7 @@ from volprep_formats.package.parts.light.record import StoredLight
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.textures import ktx2
 
 _AT_ONCE = 3

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from volprep.kernels import _native
 from volprep.parts.gradient import direction_matrix, length_scale
 from volprep.parts.mosaic.packing import pack_mosaic
-from volprep.parts.stage import Shapes, Stage, Work, any_channel, present, required
+from volprep.parts.stage import Shapes, Stage, Work, any_channel, required
 from volprep.parts.work import codes_of_level, codes_of_source, grid_of_level
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
@@ -28,7 +28,7 @@ from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Normal
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.textures import ktx2
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 
 from volprep.parts.programs.composed import composed
-from volprep.parts.stage import Stage, Work, present
+from volprep.parts.stage import Stage, Work
 from volprep.plan.products import ProxyPlan, SkipPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.shading.overlay import overlay_texts
@@ -12,7 +12,7 @@ from volprep_formats.package.program import ComposedProgram, ProgramDesign, RayS
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 
 
 def _settings(plan: ChannelPlan) -> tuple[Record, ...]:

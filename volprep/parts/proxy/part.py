@@ -19,7 +19,7 @@ from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.part import found_of
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Stage, Work, any_channel, present
+from volprep.parts.stage import Stage, Work, any_channel
 from volprep.plan.products import ProxyMeshPlan, ProxyPlan
 from volprep.plan.records import ChannelPlan, Plan
 from volprep.scan.block_ranges import BlockRanges
@@ -29,7 +29,7 @@ from volprep_formats.package.manifest import Contribution, PlanItem
 from volprep_formats.package.parts.proxy.record import UNITS, Proxy, ProxyMeshFile
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 
 _Made = tuple[ProxyMeshFile, MeshFile | None]
 """Record of a mesh, and its file if it has triangles."""

@@ -9,7 +9,7 @@ import numpy as np
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.segments.level_labels import LevelLight, coarse_labels
 from volprep.parts.segments.level_light import kept_name, level_kept
-from volprep.parts.stage import Shapes, Stage, Work, present, required
+from volprep.parts.stage import Shapes, Stage, Work, required
 from volprep.parts.work import codes_of_level, codes_of_source, source_info
 from volprep.plan.products import LabelTexturePlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, Plan
@@ -25,7 +25,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import SEGMENT_LABELS
 from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.segmentations.records import LabelArray
 from volprep_formats.textures import ktx2
 

@@ -18,9 +18,9 @@ from volprep.parts.skip.occupancy import Occupied, occupied_blocks, opaque_block
 from volprep.parts.skip.on_gpu import ranges_on_gpu
 from volprep.parts.skip.tables import skip_table
 from volprep.parts.skip.visible import visible_extinction
-from volprep.parts.stage import Shapes, Stage, Work, present, required
+from volprep.parts.stage import Shapes, Stage, Work, required
 from volprep.parts.texels import texels_of, voxels_of
-from volprep.plan.products import BlockRangesPlan, SegmentsPlan, SkipPlan, SkipTablePlan
+from volprep.plan.products import BlockRangesPlan, SkipPlan, SkipTablePlan
 from volprep.plan.records import ChannelPlan, LevelPlan, Plan
 from volprep.scan.block_ranges import BlockRanges, Triple
 from volprep.scan.slabs import bytes_of
@@ -32,7 +32,7 @@ from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skippin
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture, dimension_of
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.textures import ktx2
 
 
@@ -78,8 +78,9 @@ def _settings_together(plan: Plan) -> tuple[Record, ...]:
 
 def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     """Write the tables of the picture of several channels."""
-    wanted = plan.joint.skip_tables if plan.joint else ()
-    if not wanted:
+    joint = plan.joint
+    wanted = joint.skip_tables if joint else ()
+    if not joint or not wanted:
         return Contribution()
     progress.start("skip", len(wanted))
     group = plan.drawn_together
@@ -88,11 +89,8 @@ def _run_together(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
     for planned in wanted:
         level = group[0].level(planned.level)
         shown = _shown_together(draft, plan, level, planned.block)
-        if plan.segments is None:
-            occupied: Occupied = np.any(shown, axis=0)
-        else:
-            occupied, sets = _labelled(draft, plan.segments, planned, shown)
-            textures += sets
+        occupied, sets = _OCCUPIED[joint.mixing](draft, plan, planned, shown)
+        textures += sets
         texture, table = _table(draft, group[0], level, planned, occupied)
         textures.append(texture)
         tables.append(table)
@@ -133,13 +131,16 @@ def _shown_together(draft: Draft, plan: Plan, level: LevelPlan, block: int) -> O
     return found
 
 
-def _labelled(
-    draft: Draft, segments: SegmentsPlan, wanted: SkipTablePlan, shown: Occupied
-) -> tuple[Occupied, list[Texture]]:
+def _by_any(_draft: Draft, _plan: Plan, _wanted: SkipTablePlan, shown: Occupied) -> tuple[Occupied, list[Texture]]:
+    return np.any(shown, axis=0), []
+
+
+def _labelled(draft: Draft, plan: Plan, wanted: SkipTablePlan, shown: Occupied) -> tuple[Occupied, list[Texture]]:
     """Return the blocks that show segments as they look at first, and the texture of labels in them, if planned.
 
     Without such a texture they are the blocks that show segments however these look.
     """
+    segments = required(plan.segments)
     labels = held_labels(draft.manifest.textures, wanted.level, draft.read_bytes)
     styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
     texels = label_set_texels(labels, wanted.block, styles, shown)
@@ -163,6 +164,10 @@ def _labelled(
         filter="nearest",
     )
     return occupied, [texture]
+
+
+_OCCUPIED = {"sum": _by_any, "colour": _by_any, "labels": _labelled}
+"""Blocks that a picture shows, and textures about them, by how its media mix."""
 
 
 def _table(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.stage import Stage, Work, any_channel, present, required
+from volprep.parts.stage import Stage, Work, any_channel, required
 from volprep.parts.subvolumes.cuts import boxes_zyx, cuts_along, grid_points
 from volprep.parts.subvolumes.decision import GRID
 from volprep.parts.subvolumes.piece import tiled
@@ -31,7 +31,7 @@ from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.storage.files import SEGMENT_LABELS
 from volprep_formats.package.texture import dimension_of
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
+from volprep_formats.record import Record, present
 from volprep_formats.textures import ktx2
 
 

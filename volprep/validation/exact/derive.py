@@ -38,9 +38,11 @@ from volprep.validation.subjects.scan import Judge
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channels import channel_views
 from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.parts.segments.record import Segments
 from volprep_formats.package.reader import Package
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
+from volprep_formats.record import present
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ class Derived:
     """The scan of each channel at full precision, files that the system maps into memory."""
     later_frames: tuple[dict[str, Volume], ...] = ()
     """The same of each later frame of a series."""
-    labels: NDArray[np.uint16] | None = None
-    """Labels of its segments [z, y, x], numbered as in the package; None if it has none."""
+    labels: tuple[tuple[Segments, NDArray[np.uint16]], ...] = ()
+    """Segments, and their labels [z, y, x], numbered as in the package; empty if it has none."""
 
 
 def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> Derived:
@@ -82,9 +84,10 @@ def derive(package: Package, found: Judge, folder: Path, progress: Progress) -> 
         manifest=draft.manifest,
         scans=_scans(draft),
         later_frames=tuple(_scans(frame) for frame in frame_drafts(draft)),
-        labels=None
-        if plan.segments is None
-        else labels_of_source(draft, plan.segments, draft.manifest.source.info.grid),
+        labels=tuple(
+            (segments, labels_of_source(draft, segments, draft.manifest.source.info.grid))
+            for segments in present(plan.segments)
+        ),
     )
 
 
