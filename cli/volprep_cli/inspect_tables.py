@@ -232,10 +232,10 @@ def _channel(channel: "Channel") -> tuple[str, ...]:
 
 
 def _holds(texture: "Texture") -> str:
-    kind = f"{_KINDS[texture.role]} {texture.transfer or ''}".strip() if texture.role in _KINDS else ""
+    kind = _KINDS.get(texture.role, "")
     largest = texture.max_extinction_per_mm
     words = (
-        kind,
+        f"{kind} {texture.transfer or ''}".strip() if kind else "",
         *texture.channels,
         "" if texture.level is None else f"level {texture.level}",
         "" if largest is None else f"extinction up to {largest:g}",

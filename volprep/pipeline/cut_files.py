@@ -60,7 +60,7 @@ def write_cut(
 def marked_sections(package: Package, found: Cut) -> UInt8Array:
     """Sections through the middle of the box, in the coarsest level, with the box drawn in: across z, y and x."""
     coarsest = max(package.manifest.levels, key=lambda level: level.index)
-    mark = next(mark for mark in found.record.marks if mark.level == coarsest.index)
+    mark = max(found.record.marks, key=lambda mark: mark.level)
     codes = level_volume(package, coarsest.index).stored
     grey_per_code = 255 / max(float(codes.max()), 1e-9)
     low, high = (np.array(corner[::-1]) * codes.shape for corner in (mark.low_str, mark.high_str))

@@ -70,10 +70,10 @@ def _without_hounsfield_units(manifest: Manifest) -> Iterator[str]:
         statistics = channel.statistics
         if channel.source.info.unit == "HU" or statistics.minimum < _AIR_BELOW_HU:
             continue
-        own = {function.name for function in channel.transfer_functions}
-        for item in manifest.plan:
-            preset = item.reason.partition(":")[0]
-            if item.kind == "preset" and item.transfer in own and load_preset(preset).in_hounsfield_units:
+        presets = {item.transfer: item.reason.partition(":")[0] for item in manifest.plan if item.kind == "preset"}
+        for function in channel.transfer_functions:
+            preset = presets.get(function.name)
+            if preset is not None and load_preset(preset).in_hounsfield_units:
                 values = f"{statistics.minimum:g} to {statistics.maximum:g}"
                 yield (
                     f"preset {preset} is for Hounsfield units, and the scan's values, {values}, hold no air of a CT; "

@@ -10,6 +10,7 @@ from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.channel import Level
 from volprep_formats.package.parts.light.environment import environment_of, environment_uniform
+from volprep_formats.package.picture import AtMesh
 from volprep_formats.package.program import PictureProgram, Program
 from volprep_formats.package.reader import Package
 from volprep_formats.package.texture import Texture
@@ -67,6 +68,8 @@ class Inputs:
     """Nominal distance of the samples along a ray."""
     texels: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
     """Texels by the name of a texture, for textures that are not read from the package."""
+    at_mesh: AtMesh | None = None
+    """The program whose rays begin at a mesh, and the mesh."""
 
 
 Edit = Callable[[Package, Inputs], Inputs]
@@ -106,7 +109,7 @@ def level_inputs(package: Package, level: int | None, picture: str | None) -> In
         **light_values(program, drawn),
         **environment_values(textures),
     }
-    return Inputs(program, drawn, textures, values, drawing.step_mm)
+    return Inputs(program, drawn, textures, values, drawing.step_mm, at_mesh=drawing.at_mesh)
 
 
 def _number(numbers: Sequence[float]) -> ArrayLike:

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from volprep.render.gl_records import TargetFormat
-from volprep.render.inputs import level_inputs
+from volprep.render.inputs import Inputs, level_inputs
 from volprep.render.layers import clip_from_box_of
 from volprep.render.limits import check_program
 from volprep.render.ready import Ready
@@ -36,7 +36,7 @@ class ProxyRenderer(Renderer):
     ) -> None:
         """Choose what to draw, as `Renderer` does. Also raises VP5018 if the package has no mesh for it."""
         super().__init__(package, level=level, transfer=transfer, target=target)
-        found = _found(self._package.manifest, self._program.transfer, self._level.index)
+        found = _found(self._package.manifest, self._inputs)
         if found is None:
             fields = {"level": self._level.index, "transfer": self._program.transfer, "known": "no mesh for them"}
             raise VolprepError("VP5018", package=self._package.path, **fields)
@@ -93,14 +93,11 @@ def _planes_cut(clip_from_box: Float64Array, mesh: ProxyMeshFile, extent_mm_zyx:
 def has_mesh(package: Package, level: int | None, transfer: str | None) -> bool:
     """Return whether the rays of `Renderer` may begin at a mesh. Raises VP5018 if it draws nothing."""
     package = package_of_transfer(package, transfer)
-    inputs = level_inputs(package, level, transfer)
-    return _found(package.manifest, inputs.program.transfer, inputs.level.index) is not None
+    return _found(package.manifest, level_inputs(package, level, transfer)) is not None
 
 
-def _found(manifest: Manifest, picture: str, level: int) -> tuple[ProxyMeshFile, PictureProgram] | None:
-    shown = manifest.picture(picture)
-    drawings = () if shown is None else shown.drawings
-    at_mesh = next((drawing.at_mesh for drawing in drawings if drawing.level == level), None)
+def _found(manifest: Manifest, inputs: Inputs) -> tuple[ProxyMeshFile, PictureProgram] | None:
+    shown, at_mesh = manifest.picture(inputs.program.transfer), inputs.at_mesh
     if shown is None or at_mesh is None or manifest.proxy is None:
         return None
     mesh = next(mesh for mesh in manifest.proxy.meshes if mesh.name == at_mesh.mesh)

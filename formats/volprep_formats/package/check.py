@@ -1,6 +1,6 @@
 """The check of `volprep validate --quick`: whether a package is complete and agrees with itself, without OpenGL."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Self
 
@@ -92,18 +92,12 @@ def _errors(package: Package, *, strict: bool) -> Iterator[VolprepError]:
         try:
             if record.path in textures:
                 _check_texture(package, textures[record.path], record)
-            elif record.role == "subvolume":
-                _head(package, record)
-            elif record.role == "shader":
-                package.read_text(record.path)
-            elif record.role == "histogram":
-                decode_histogram(package.read_bytes(record.path), f"{path}: {record.path}")
             elif record.path in meshes:
                 _check_mesh(package, meshes[record.path], package.read_bytes(record.path))
             elif manifest.subvolumes is not None and record.path == manifest.subvolumes.grid:
                 _check_grid(package, record.path, package.read_bytes(record.path), strict=strict)
             else:
-                package.read_start(record.path, 0)
+                _CHECKS.get(record.role, _check_start)(package, record)
         except VolprepError as error:
             yield error
 
@@ -117,6 +111,22 @@ def _head(package: Package, record: FileRecord) -> ktx2.Ktx2Head:
         problem = f"{record.path} is supercompressed, so that no box can be cut from it"
         raise VolprepError("VP4011", path=package.path, problem=problem)
     return head
+
+
+def _check_start(package: Package, record: FileRecord) -> None:
+    package.read_start(record.path, 0)
+
+
+def _check_histogram(package: Package, record: FileRecord) -> None:
+    decode_histogram(package.read_bytes(record.path), f"{package.path}: {record.path}")
+
+
+_CHECKS: dict[str, Callable[[Package, FileRecord], object]] = {
+    "subvolume": _head,
+    "shader": lambda package, record: package.read_text(record.path),
+    "histogram": _check_histogram,
+}
+"""Checks of files that are no textures of the manifest, by role."""
 
 
 def _check_mesh(package: Package, record: ProxyMeshFile, data: bytes) -> None:

@@ -79,7 +79,7 @@ def _look(manifest: Manifest, picture: Picture) -> VolumeLook:
     names = [drawing.program for drawing in picture.drawings]
     program = next((program for program in manifest.programs if program.name in names), None)
     shown = {medium.transfer for medium in picture.media}
-    lights = [texture.light.model for texture in manifest.textures if texture.light and texture.transfer in shown]
+    lights = [held.light.model for name, held in manifest.lights().items() if held.light and name in shown]
     return VolumeLook(
         name=picture.name,
         media=tuple(

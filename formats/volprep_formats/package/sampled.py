@@ -5,6 +5,9 @@ from volprep_formats.package.picture import ON_DEMAND
 from volprep_formats.package.program import ComposedProgram, Sampler
 from volprep_formats.package.texture import Texture
 
+_FILLED = {"subvolume": "subvolume-{}", **{role: role for role in ON_DEMAND}}
+"""Names of textures that a reader fills, by role, for the part of a sampler."""
+
 
 def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) -> tuple[str, ...]:
     """Return the names of the textures of a program's samplers, in their order; fewer if one is not there once.
@@ -16,10 +19,9 @@ def sampled_textures(manifest: Manifest, composed: ComposedProgram, level: int) 
 
 
 def _sampled(manifest: Manifest, sampler: Sampler, picture: str, level: int) -> list[str]:
-    if sampler.role == "subvolume":
-        return [f"subvolume-{sampler.part}"]
-    if sampler.role in ON_DEMAND:
-        return [sampler.role]
+    filled = _FILLED.get(sampler.role)
+    if filled is not None:
+        return [filled.format(sampler.part)]
     transfer = sampler.transfer or picture
     # Of several channels each has its own.
     channel = next((channel.name for channel in manifest.channels if transfer in channel.transfers), None)

@@ -56,14 +56,14 @@ def edited_inputs(package: Package, inputs: Inputs, function: TransferFunction) 
     if compositing.fixed_path:
         replaced = package.manifest.function(inputs.program.transfer)
         function = _of_path(function, replaced)
-    table = next(texture for texture in inputs.textures if texture.role == "transfer")
+    textures = {texture.role: texture for texture in inputs.textures}
+    table, skipping, lit = textures["transfer"], textures.get("skip"), textures.get("light")
     texels = {table.name: _table_texels(package, table, inputs.level.index, function)}
-    for texture in inputs.textures:
-        if texture.role == "skip":
-            entries = entry_table(entry_extinctions(table, texels[table.name][0]), _window(package), function)
-            texels[texture.name] = _skip_texels(package, texture, compositing.visible(entries))
-        if texture.light is not None:
-            texels[texture.name] = _no_light(texture, texture.light)
+    if skipping is not None:
+        entries = entry_table(entry_extinctions(table, texels[table.name][0]), _window(package), function)
+        texels[skipping.name] = _skip_texels(package, skipping, compositing.visible(entries))
+    if lit is not None and lit.light is not None:
+        texels[lit.name] = _no_light(lit, lit.light)
     values = {**inputs.values}
     if "environment" in values:
         # The texels then hold a light of 1 from all sides.

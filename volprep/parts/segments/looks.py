@@ -68,7 +68,7 @@ def style_looks(record: Segments) -> Float64Array:
     )
     of_label = np.array(looks(shown))
     of_label[:, :3] *= of_label[:, 3:]
-    of_style = np.array([[label.transfer == name for label in record.labels] for name in record.transfers])
+    of_style = np.equal.outer(record.transfers, [label.transfer for label in record.labels])
     result: Float64Array = of_label * of_style[..., None]
     return result
 

@@ -144,7 +144,7 @@ def _labelled(draft: Draft, plan: Plan, wanted: SkipTablePlan, shown: Occupied) 
     labels = held_labels(draft.manifest.textures, wanted.level, draft.read_bytes)
     styles = np.array([segments.transfers.index(label.transfer) for label in segments.labels])
     texels = label_set_texels(labels, wanted.block, styles, shown)
-    sets = next((label_set for label_set in segments.label_sets if label_set.level == wanted.level), None)
+    sets = {held.level: held for held in segments.label_sets}.get(wanted.level)
     visible = np.ones(len(segments.labels), np.bool_)
     if sets is not None:
         visible = visible_labels(looks(segments), segments.look_format)

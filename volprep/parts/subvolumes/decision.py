@@ -87,7 +87,7 @@ def plan_subvolumes(  # noqa: PLR0917 - what the decision rests on
     size: int | Literal["auto"] = wanted.size
     if size == "auto":
         proposed = propose(scene, profile, grid, voxels)
-        if volumes[0].level == 0 or isinstance(proposed, Misfit):
+        if not volumes[0].level or isinstance(proposed, Misfit):
             return None
         size = proposed.size
     form, classified = form_of(scene, profile, grid, size, voxels), classification_of(scene, profile, voxels)
@@ -122,7 +122,7 @@ def _counts(grid: Grid, size: int, ghost: int) -> tuple[int, int, int]:
 
 
 def _is_whole(finest: VolumePlan) -> bool:
-    return finest.level == 0 and finest.mosaic is None and finest.bricks is None
+    return not (finest.level or finest.mosaic or finest.bricks)
 
 
 def _program(picture: str, scene: Scene, classified: ClassificationName) -> ProgramDesign:

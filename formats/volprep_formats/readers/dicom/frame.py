@@ -20,7 +20,7 @@ def frame_of_scan(spec: SourceSpec, progress: Progress) -> ScanFrame:
     path = spec.place(Path("/"))
     if spec.format not in {"auto", "dicom"} or not _is_dicom(path):
         return ScanFrame()
-    images = choose_series(scan(path, progress), spec.series, in_colour=spec.colour is not None).images
+    images = choose_series(scan(path, progress), spec).images
     uid = next((image.frame_of_reference for image in images if image.frame_of_reference), "")
     return ScanFrame(uid, frozenset(image.instance_uid for image in images if image.instance_uid))
 

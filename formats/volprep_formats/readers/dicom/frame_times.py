@@ -30,7 +30,7 @@ def time_axis(spec: SourceSpec, path: Path) -> TimeAxis:
     Raises the errors of the headers, VP1340 for volumes that are not time points (echoes, b-values, stacks), and VP1343
     where an image is missing.
     """
-    images = choose_series(scan(path, Silent()), spec.series).images
+    images = choose_series(scan(path, Silent()), spec).images
     for image in images:
         if image.problem is not None:
             raise image.problem

@@ -169,7 +169,7 @@ def _open(
     spec: SourceSpec, path: Path, progress: Progress, repair: Collection[RepairKind]
 ) -> tuple[DicomSource, SlicePlaces | None]:
     scanned = scan(path, progress)
-    series = choose_series(scanned, spec.series, in_colour=spec.colour is not None)
+    series = choose_series(scanned, spec)
     wanted = spec.colour or spec.rgb
     readable = series if wanted is None else _with_colours(series, wanted)
     stack = stack_series(readable, repair, spec.volume, by_number=spec.volumes_by == "number")

@@ -14,6 +14,7 @@ from volprep_formats.readers.dicom.plain import PlainHeader, plain_headers
 from volprep_formats.readers.foreign_formats import Other, recognised
 from volprep_formats.readers.volume_files import volumes_in
 from volprep_formats.regular_files import unpacked_head
+from volprep_formats.source import SourceSpec
 from volprep_formats.tree import broken_links_in, files_below
 
 _FEWEST_SLICES = 4
@@ -139,14 +140,15 @@ def _only_format(files: Sequence[Path]) -> Other | None:
     return found
 
 
-def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False) -> Series:
-    """Return the series whose UID is, or ends with, `wanted`; without it, the only one that can be meant.
+def choose_series(scanned: Scan, spec: SourceSpec) -> Series:
+    """Return the series whose UID is, or ends with, `spec.series`; without it, the only one that can be meant.
 
-    That is one in colour if `in_colour`, and grey if not.
+    That is one in colour if `spec.colour` is a channel, and grey if not.
 
     Raises the error of the first damaged file, and VolprepError VP1030 or VP1309 (no images), VP1033 (several could be
-    meant) or VP1034 (`wanted` fits none or several).
+    meant) or VP1034 (`spec.series` fits none or several).
     """
+    wanted = spec.series
     # A file without a header belongs to no named series.
     damaged = [error for error in scanned.damaged if wanted is None or error.fields.get("what") != NO_HEADER]
     if damaged:
@@ -167,7 +169,7 @@ def choose_series(scanned: Scan, wanted: str | None, *, in_colour: bool = False)
                 )
             raise VolprepError("VP1034", path=scanned.path, wanted=wanted, fits=fits, found=_listed(scanned.series))
         return fitting[0]
-    volumes = [s for s in scanned.series if s.is_volume(in_colour=in_colour)]
+    volumes = [s for s in scanned.series if s.is_volume(in_colour=spec.colour is not None)]
     if len(volumes) == 1:
         return volumes[0]
     if len(scanned.series) == 1:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import WorkerRequest
-from volprep_formats.readers.colour import channel_of_colours
+from volprep_formats.readers.colour_samples import ColourSamples, OneSample
 from volprep_formats.readers.ome.tiff_chain import count_pages, description_of
 from volprep_formats.readers.pictures.file import (
     MAX_PAGES,
@@ -27,7 +27,6 @@ from volprep_formats.readers.pictures.file import (
     opened,
     unsound,
 )
-from volprep_formats.source import ColourChannel
 
 _MOST_TEXT_BYTES = 2**26
 _TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
@@ -59,20 +58,18 @@ class TiffPage:
 
 @dataclass(frozen=True)
 class Pages:
-    """Pages of one file to decode, and the sample to keep."""
+    """Pages of one file to decode, and the samples to keep."""
 
     path: Path
     indices: tuple[int, ...]
-    sample: int
+    samples: OneSample | ColourSamples
     page: TiffPage
     """Properties of all the pages."""
-    colour: ColourChannel | None = None
-    """The channel that the samples make together; None keeps `sample`."""
 
     @property
     def dtype(self) -> str:
         """Type of the values."""
-        return self.page.dtype if self.colour is None else self.colour.dtype
+        return self.samples.dtype(self.page.dtype)
 
 
 def description_in(path: Path) -> bytes:
@@ -152,17 +149,10 @@ def _decode(pages: Pages) -> NDArray[np.generic]:
             if not picture.seek_subimage(index, 0) or _page(path, picture.spec()) != page:
                 raise unsound(path, f"page {index} has changed")
             kind = _FORMAT_OF_TYPE.get(page.dtype, page.dtype)
-            first, last = (pages.sample, pages.sample + 1) if pages.colour is None else (0, page.samples)
+            first, last = pages.samples.span(page.samples)
             values = picture.read_image(index, 0, first, last, kind)
             if values is None or values.size != target.size * (last - first):
                 raise unsound(path, picture.geterror())
-            values = values.reshape(*target.shape, last - first)
-            target[...] = values[..., 0] if pages.colour is None else _coloured(path, pages.colour, values)
+            target[...] = pages.samples.kept(path, values.reshape(*target.shape, last - first))
         picture.close()
         return result
-
-
-def _coloured(path: Path, wanted: ColourChannel, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return a channel of a volume in colour; a fourth sample is alpha, which colours are not multiplied by."""
-    alpha = values[..., 3] if values.shape[-1] == 4 else None
-    return channel_of_colours(path, wanted, values if alpha is None else values[..., :3], alpha)

@@ -17,6 +17,7 @@ from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.isolation import Workers, workers
 from volprep_formats.progress import Progress
 from volprep_formats.readers.colour import colour_remarks, of_colour
+from volprep_formats.readers.colour_samples import ColourSamples, OneSample
 from volprep_formats.readers.decoded_source import DecodedSource
 from volprep_formats.readers.ome.channels import chosen, grid_of, mm_per_unit
 from volprep_formats.readers.ome.metadata import (
@@ -33,7 +34,7 @@ from volprep_formats.readers.pictures.file import pages_at_once
 from volprep_formats.readers.time_axis import TimeAxis, seconds_per
 from volprep_formats.readers.voxel_source import stored_type_of
 from volprep_formats.regular_files import is_there
-from volprep_formats.source import ColourChannel, SourceInfo, SourceSpec
+from volprep_formats.source import SourceInfo, SourceSpec
 
 _DTYPES = {"float": "float32", "double": "float64"}
 _READ = frozenset(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
@@ -51,7 +52,7 @@ class OmeTiffSource(DecodedSource):
     def read_slab(self, z0: int, z1: int) -> NDArray[np.generic]:
         """Values of slices z0 to z1 - 1 as [z, y, x]. Raises VP1165 (damaged) and VP1270 to VP1273."""
         slab = self._slices.read(self._workers, z0, z1)
-        if self._slices.colour is not None:
+        if isinstance(self._slices.samples, ColourSamples):
             return slab
         with np.errstate(over="ignore"):  # doubles beyond floats become infinite, and are refused as such later
             return slab.astype(self._info.stored_type, copy=False)
@@ -86,25 +87,22 @@ class _Slices:
     """Decoding parameters of each slice."""
 
     places: _Places
-    sample: int
+    samples: OneSample | ColourSamples
+    """Samples to keep."""
     page: TiffPage
     """Properties of all pages."""
-    colour: ColourChannel | None = None
-    """Channel of a volume in colour; None keeps `sample`."""
 
     def read(self, pool: Workers, z0: int, z1: int) -> NDArray[np.generic]:
         """Slices in the type of the file, or of a channel of a volume in colour."""
         page = self.page
-        slab = np.empty((z1 - z0, page.rows, page.columns), page.dtype if self.colour is None else self.colour.dtype)
+        slab = np.empty((z1 - z0, page.rows, page.columns), self.samples.dtype(page.dtype))
         parts = list(self.places.parts(z0, z1, pages_at_once(page.rows, page.columns)))
 
         def place(index: int, values: NDArray[np.generic]) -> None:
             start = parts[index][0] - z0
             slab[start : start + len(values)] = values
 
-        pool.run(
-            [decode_request(Pages(file, pages, self.sample, page, self.colour)) for _, file, pages in parts], place
-        )
+        pool.run([decode_request(Pages(file, pages, self.samples, page)) for _, file, pages in parts], place)
         return slab
 
 
@@ -158,12 +156,13 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> OmeTiffSour
     grid, remarks = grid_of(path, (sizes.z, sizes.y, sizes.x), _spacing_mm_zyx(path, image))
     with workers() as pool:
         page = _common_page(path, places, _expected(path, image, sizes), pool, progress)
-        slices = _Slices(places, channel % sizes.samples, page, spec.colour)
         if spec.colour is not None:
+            slices = _Slices(places, ColourSamples(spec.colour), page)
             slices.read(pool, 0, 1)
             more = colour_remarks(spec.colour, has_alpha=page.samples == 4, is_linear=page.dtype.startswith("f"))
             info = SourceInfo(format="ome-tiff", grid=grid, stored_type="uint8", remarks=(*remarks, *more))
             return OmeTiffSource(of_colour(info), slices)
+        slices = _Slices(places, OneSample(channel % sizes.samples), page)
         stored_type, lost = stored_type_of(page.dtype, sizes.z, lambda z: slices.read(pool, z, z + 1), progress)
         info = SourceInfo(format="ome-tiff", grid=grid, stored_type=stored_type, remarks=(*remarks, *lost))
         return OmeTiffSource(info, slices)

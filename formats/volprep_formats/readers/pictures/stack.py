@@ -45,7 +45,7 @@ class StackSource(DecodedSource):
 
         `grey` selects the conversion of colours; None refuses them.
         """
-        super().__init__(info)
+        super().__init__(of_colour(info) if isinstance(grey, ColourChannel) else info)
         self._grey = grey
         self._page = page
         self._files = tuple(files)
@@ -141,10 +141,8 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> StackSource
             if spec.colour is not None:
                 raise VolprepError("VP1290", path=path, problem=SafeText("its images are grey"))
             return OnePageSource(info, images_behind(files[0], first), numbers[0].start, numbers[0].step)
-        if spec.colour is not None:
-            info = of_colour(info)
         source = StackSource(info, first, list(zip(files, numbers, strict=True)), grey=wanted)
-    if first.channels > 1 or spec.colour is not None:  # colour shows in the first picture, not after an hour
+    if first.channels > 1 or wanted:  # colour shows in the first picture, not after an hour
         try:
             source.read_slab(0, 1)
         except VolprepError:

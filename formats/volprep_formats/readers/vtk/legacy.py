@@ -138,8 +138,7 @@ def _scalars(path: Path, lines: Lines) -> list[str]:
 
 
 def _components(path: Path, lines: Lines) -> int:
-    colour = _field(lines, "COLOR_SCALARS")
-    words = colour[1:2] if colour is not None else _scalars(path, lines)[2:3]
+    words = (_field(lines, "COLOR_SCALARS") or [])[1:2] or _scalars(path, lines)[2:3]
     count = parse_integers(words or ["1"], 1, LONGEST_AXIS)
     if count is None:
         raise VolprepError("VP1141", path=path, problem=f"{words[0][:20]} components at each point")
@@ -148,8 +147,8 @@ def _components(path: Path, lines: Lines) -> int:
 
 def _dtype(path: Path, lines: Lines, *, is_text: bool) -> np.dtype[np.generic]:
     """Type of the scalars. VTK writes bytes as colours."""
-    colour, words = _field(lines, "COLOR_SCALARS"), _scalars(path, lines)
-    if colour is not None and len(colour) == 2:
+    words = _scalars(path, lines)
+    if len(_field(lines, "COLOR_SCALARS") or ()) == 2:
         return np.dtype(np.uint8)
     if len(words) not in {2, 3} or words[1].lower() not in _TYPES:
         raise VolprepError("VP1142", path=path, what=f"SCALARS {' '.join(words)[:60]!r}")

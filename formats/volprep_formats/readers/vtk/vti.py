@@ -60,9 +60,11 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
 
 def colours_of(path: Path, spec: SourceSpec, components: int) -> int | None:
     """Return the number of components if colours are wanted; None for numbers, which have one, or VP1141 is raised."""
-    if spec.colour is None and components != 1:
+    if spec.colour is not None:
+        return components
+    if components != 1:
         raise VolprepError("VP1141", path=path, problem=f"{components} components at each point")
-    return None if spec.colour is None else components
+    return None
 
 
 def _grid(path: Path, document: Document) -> Grid:

@@ -9,9 +9,7 @@ from volprep_formats.package.texture import Texture
 
 def texture_from_box(level: Level, textures: Iterable[Texture]) -> Vector:
     """Return the factor from box millimetres to texture coordinates (x, y, z) of a level, given its textures."""
-    of_mipmaps = (
-        texture.shape_zyx for texture in textures if texture.mipmap is not None and texture.level == level.index
-    )
-    texels_zyx = next(of_mipmaps, level.grid.shape_zyx)
+    of_mipmaps = {texture.level: texture.shape_zyx for texture in textures if texture.mipmap is not None}
+    texels_zyx = of_mipmaps.get(level.index, level.grid.shape_zyx)
     z, y, x = (1 / (n * h) for n, h in zip(texels_zyx, level.grid.spacing_mm_zyx, strict=True))
     return x, y, z

@@ -14,21 +14,21 @@ _ENDS = 2
 def skip_contradictions(manifest: Manifest) -> Iterator[str]:
     """Return every problem of skip tables and ranges of blocks."""
     skipping = manifest.skipping or Skipping()
-    textures = {texture.name: texture for texture in manifest.textures}
+    textures = {(texture.role, texture.name): texture for texture in manifest.textures}
     for table in skipping.tables:
-        held = textures.get(table.texture)
+        held = textures.get(("skip", table.texture))
         times = _OCTANTS if table.kind == "octants" else 1
         yield from (f"skip table {table.texture} {problem}" for problem in _described(table, "skip", times, held))
         if held is not None and not has_bytes(held.format):
             yield f"skip table {table.texture} has entries that are no bytes"
     for ranges in skipping.ranges:
-        held = textures.get(ranges.texture)
+        held = textures.get(("ranges", ranges.texture))
         yield from (f"ranges of {ranges.texture} {problem}" for problem in _described(ranges, "ranges", _ENDS, held))
 
 
 def _described(record: SkipTable | BlockRangesRecord, role: str, times: int, texture: Texture | None) -> Iterator[str]:
     """A texture has `times` slices for each block along z, and room for them where it is a mosaic."""
-    if texture is None or texture.role != role:
+    if texture is None:
         yield f"has no texture of role {role}"
         return
     z, height, width = record.blocks_zyx
