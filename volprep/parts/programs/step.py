@@ -30,7 +30,7 @@ from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.segments.record import Border
 from volprep_formats.package.profile import DeviceProfile
-from volprep_formats.package.program import ClassificationName, LevelStep, PassTarget, RaySampling, TechniqueName
+from volprep_formats.package.program import LevelStep, PassTarget, RaySampling, TechniqueName
 from volprep_formats.package.transfer_function import TransferFunction
 from volprep_formats.source import SourceInfo
 
@@ -43,7 +43,7 @@ MARGIN_OF_VIEWS = 0.8
 _DOUBTFUL = 0.15
 """Lit steps shorter than so many voxels are measured again along finer samples: an eighth of a voxel is only two of the
 samples that are the truth for it."""
-_LONGEST_OF: dict[ClassificationName, float] = {"colour": 0.5}
+_LONGEST_OF: dict[str, float] = {"colour": 0.5}
 """Longest step in voxels. Those of a volume in colour are measured on one channel: a stack of 20 × 36 × 32 voxels with
 an opaque border was 0.0058 off with the step of 1 voxel that was chosen, and 0.0018 with half of it."""
 
