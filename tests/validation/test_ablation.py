@@ -166,7 +166,11 @@ def test_devices_without_shaders_are_refused(package, tmp_path) -> None:
     profile = manifest.profile.model_copy(update={"name": "old", "api": "es1.1"})
     with pytest.raises(VolprepError, match="VP6080 --ablate needs shaders"):
         measure_ablation(
-            manifest.model_copy(update={"profile": profile}), find_scan(package, None), tmp_path, Silent(), 32
+            manifest.model_copy(update={"profile": profile, "programs": ()}),
+            find_scan(package, None),
+            tmp_path,
+            Silent(),
+            32,
         )
 
 

@@ -207,7 +207,11 @@ def test_curves_of_a_package_without_shaders_are_refused(package, tmp_path) -> N
     profile = manifest.profile.model_copy(update={"name": "old", "api": "es1.1"})
     with pytest.raises(VolprepError, match="VP6050 curves need shaders, and profile old has none"):
         measure_curves(
-            manifest.model_copy(update={"profile": profile}), find_scan(package, None), tmp_path, Silent(), 32
+            manifest.model_copy(update={"profile": profile, "programs": ()}),
+            find_scan(package, None),
+            tmp_path,
+            Silent(),
+            32,
         )
 
 
