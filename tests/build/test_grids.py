@@ -82,6 +82,17 @@ def test_it_is_within_the_tolerance_and_so_is_each_channel_alone(package, tmp_pa
     assert {program.transfer for program in report.programs} == {"both", "body", "hot"}
 
 
+def test_the_first_channel_ends_at_its_own_faces_though_it_is_dense_there(tmp_path) -> None:
+    scene = write_two_grids(tmp_path)
+    body = nibabel.load(tmp_path / "ct.nii")
+    cut = body.slicer[12:28, 12:28, 10:22]
+    nibabel.save(nibabel.Nifti1Image(np.asarray(cut.dataobj).clip(100, None), cut.affine), tmp_path / "ct.nii")
+    package = built(scene, tmp_path / "fused.volpkg")
+    both = package.manifest.pictures[0].grid
+    assert all(both.extent_mm_zyx[axis] > 1.5 * package.manifest.grid.extent_mm_zyx[axis] for axis in range(3))
+    assert validate(package).verdict.passed
+
+
 def test_a_registration_with_a_shear_is_within_the_tolerance(tmp_path) -> None:
     found = built(write_two_grids(tmp_path, pet=f"transform = {MOVED.tolist()}"))
     assert found.manifest.pictures[0].media[1].placed is not None

@@ -30,6 +30,11 @@ const hits = [];
 const both = read(matrices.both);
 const pixels = [[24.5, 24.5], [20.5, 22.5], [27.5, 20.5]];
 for (const pixel of pixels) hits.push(await renderer.pick(...pixel, { opacity: 0.1 }));
+const slices = [];
+for (const medium of [0, 1]) {
+  const slice = await renderer.slice({ plane: "coronal", at: 0.6, size: 20, medium });
+  slices.push({ ...slice, values: [...slice.values] });
+}
 await renderer.setTransfer({ opacity: 0 }, "hot");
 const hidden = read(matrices.both);
 await renderer.setTransfer({ opacity: 0.3 }, "hot");
@@ -50,7 +55,7 @@ const grey = read(matrices.grey);
 grids.grey = renderer.grid;
 const error = gl.getError();
 renderer.dispose();
-return { both, hidden, faded, again, grey, hits, codes, grids, error };
+return { both, hidden, faded, again, grey, hits, slices, codes, grids, error };
 """
 
 
@@ -86,6 +91,36 @@ def test_each_picture_has_the_grid_of_its_box(found, package) -> None:
     assert found["grids"]["grey"]["shape_zyx"] == list(package.manifest.grid.shape_zyx)
 
 
+def value_at(package: Package, medium, at_mm: np.ndarray) -> np.ndarray:
+    """Values of a channel at places [n, xyz] in box millimetres of the picture; NaN outside of its own grid."""
+    part = channel_packages(package)[medium.channel]
+    matrix = np.array(box_from_box(part.manifest.grid, medium.affine, package.manifest.box))
+    at = at_mm @ matrix[:, :3].T + matrix[:, 3]
+    volume = level_volume(part, 0)
+    place = at[:, ::-1] / part.manifest.grid.spacing_mm_zyx - 0.5
+    stored = map_coordinates(volume.stored.astype(float), place.T, order=1, mode="nearest")
+    inside = ((at >= 0) & (at <= part.manifest.grid.extent_mm_zyx[::-1])).all(axis=1)
+    return np.where(inside, volume.slope * stored + volume.intercept, np.nan)
+
+
+def test_slices_tell_the_values_of_each_channel(found, package) -> None:
+    world_to_box = np.linalg.inv(package.manifest.box.world_from_box)
+    for medium, slice_ in zip(package.manifest.pictures[0].media, found["slices"], strict=True):
+        width, height = slice_["width"], slice_["height"]
+        down, right = np.mgrid[:height, :width] + 0.5
+        # Coronal: the patient's right is on the left, the head above.
+        x, y, z = slice_["corner_mm"]
+        place = np.stack([x + right * slice_["pixel_mm"], 0 * right + y, z - down * slice_["pixel_mm"]], -1)
+        expected = value_at(package, medium, place.reshape(-1, 3) @ world_to_box[:3, :3].T + world_to_box[:3, 3])
+        values = np.array([np.nan if value is None else value for value in slice_["values"]], float)
+        told = ~np.isnan(values) & ~np.isnan(expected)
+        # Pixels at the border of a grid are of either side.
+        assert (np.isnan(values) != np.isnan(expected)).mean() < 0.03
+        assert told.sum() > 40
+        assert np.ptp(expected[told]) > 5
+        assert values[told] == pytest.approx(expected[told], abs=1.0)
+
+
 def test_picking_tells_the_value_of_each_channel(found, package) -> None:
     both = package.manifest.pictures[0]
     seen = [hit for hit in found["hits"] if hit is not None]
@@ -95,16 +130,11 @@ def test_picking_tells_the_value_of_each_channel(found, package) -> None:
         assert hit["value"] is None
         assert hit["values"].keys() == {"tissue", "activity"}
         for medium in both.media:
-            part = channel_packages(package)[medium.channel]
-            matrix = np.array(box_from_box(part.manifest.grid, medium.affine, both.grid))
-            at = matrix[:, :3] @ hit["box_mm"] + matrix[:, 3]
+            (expected,) = value_at(package, medium, np.array([hit["box_mm"]]))
             value = hit["values"][medium.channel]
-            if not ((at >= 0) & (at <= part.manifest.grid.extent_mm_zyx[::-1])).all():
+            if np.isnan(expected):
                 assert value is None
                 continue
-            volume = level_volume(part, 0)
-            place = at[::-1] / part.manifest.grid.spacing_mm_zyx - 0.5
-            stored = map_coordinates(volume.stored.astype(float), place[:, None], order=1, mode="nearest")[0]
-            assert value == pytest.approx(volume.slope * stored + volume.intercept, abs=1.0)
+            assert value == pytest.approx(expected, abs=1.0)
             told += 1
     assert told >= 3

@@ -5,7 +5,17 @@
  */
 import { cross, dot, moved, unit, worldFromBox } from "../camera.js";
 import { VolpkgError } from "../core/messages.js";
-import { drawValues, labelLine, labelOf, mediaOnGrids, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
+import {
+  drawValues,
+  labelLine,
+  labelOf,
+  mediaOnGrids,
+  mediumLines,
+  segmentsOf,
+  valueOf,
+  valueProgram,
+  windowOf,
+} from "./values.js";
 
 /** @typedef {import("../core/renderer.js").Renderer} Renderer */
 /** @typedef {readonly number[]} Point x, y, z */
@@ -41,15 +51,8 @@ void main() {
   float inside = 1.0;
   float value = stored_value(position(u_pick));
 `;
-/** The value of one of several media, K, that lie on grids of their own. */
-const MEDIUM = `uniform vec3 u_pick;
-void main() {
-  begin_K(position(u_pick), vec3(1.0, 0.0, 0.0));
-  float inside = within_K.x <= 0.0 && within_K.y >= 0.0 ? 1.0 : 0.0;
-  float value = stored_value_K(start_K);
-`;
-/** The label of the voxel at a place: `labelLine` follows. */
-const LABEL = `uniform vec3 u_pick;
+/** The label of the voxel at a place, or the value of a medium: `labelLine` or `mediumLines` follow. */
+const BEGIN = `uniform vec3 u_pick;
 void main() {
   float inside = 1.0;
 `;
@@ -107,9 +110,9 @@ export class Picker {
     if (this.#device !== device) this.#programs.clear();
     this.#device = device;
     if (this.#programs.has(name)) return;
-    const label = `${LABEL}${labelLine(this.#renderer, "u_pick")}`;
+    const label = `${BEGIN}${labelLine(this.#renderer, "u_pick")}`;
     const media = mediaOnGrids(this.#renderer).map(async ({ channel }, i) => {
-      const main = MEDIUM.replaceAll("_K", `_${i}`);
+      const main = `${BEGIN}${mediumLines(i, "u_pick")}`;
       return [channel, await valueProgram(this.#renderer, `values ${i}`, main, `stored_value_${i}`)];
     });
     this.#programs.set(name, {

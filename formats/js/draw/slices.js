@@ -1,7 +1,17 @@
 /** Slices across the patient's axes: values on a plane, and grey pictures of them over a window of values. */
 import { invert, moved, worldFromBox } from "../camera.js";
 import { VolpkgError } from "../core/messages.js";
-import { drawValues, labelLine, labelOf, segmentsOf, valueOf, valueProgram, windowOf } from "./values.js";
+import {
+  drawValues,
+  labelLine,
+  labelOf,
+  mediaOnGrids,
+  mediumLines,
+  segmentsOf,
+  valueOf,
+  valueProgram,
+  windowOf,
+} from "./values.js";
 
 /** @typedef {import("../core/renderer.js").Renderer} Renderer */
 /** @typedef {"axial" | "coronal" | "sagittal"} Plane */
@@ -11,6 +21,7 @@ import { drawValues, labelLine, labelOf, segmentsOf, valueOf, valueProgram, wind
  * @property {number} [at] from 0 to 1: from the feet to the head, from the front to the back, from right to left; the
  *   middle if absent
  * @property {number} [size] pixels along the longer side, 256 if absent
+ * @property {number} [medium] which of several channels on grids of their own; the first if absent
  * @property {boolean} [labels] whether to read the labels of segments, for `outline`
  */
 /**
@@ -60,16 +71,19 @@ const VALUE = `${MAIN}  float value = stored_value(position(here));
  * The values on a plane, at the level that is drawn.
  * @param {Renderer} renderer @param {SliceOptions} [options]
  * @returns {Promise<Slice | null>} null if the shaders of the package read no values: voxels are classified, or several
- *   channels are drawn
+ *   channels on one grid are drawn
  */
-export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE, labels = false } = {}) {
+export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE, medium = 0, labels = false } = {}) {
   const axes = PLANES[plane];
   if (!axes || !(at >= 0 && at <= 1) || !(size >= 1 && size <= MOST_SIZE)) {
     const what = JSON.stringify({ plane, at, size });
     const reason = `planes are ${PLANE_NAMES.join(", ")}; at lies from 0 to 1, size from 1 to ${MOST_SIZE}`;
     throw new VolpkgError("VP7082", { what, reason });
   }
-  const linked = await valueProgram(renderer, "slice", VALUE);
+  const { transfer } = mediaOnGrids(renderer)[medium] ?? {};
+  const linked = transfer
+    ? await valueProgram(renderer, `slice ${medium}`, `${MAIN}${mediumLines(medium, "here")}`, `stored_value_${medium}`)
+    : await valueProgram(renderer, "slice", VALUE);
   const isLabelled = labels && segmentsOf(renderer) !== null;
   const labelled = isLabelled
     ? await valueProgram(renderer, "slice labels", `${MAIN}${labelLine(renderer, "here")}`)
@@ -88,7 +102,7 @@ export async function sliceOf(renderer, { plane = "axial", at = 0.5, size = SIZE
   const places = () => ({ places: across(corner, right, down), mm: place.pixel_mm });
   const pixels = bricks ? await bricks.sharpened(() => draw(linked), places) : draw(linked);
   const marked = labelled && draw(labelled);
-  const [low, high] = windowOf(renderer);
+  const [low, high] = windowOf(renderer, transfer);
   const values = new Float32Array(width * height);
   for (let i = 0; i < values.length; i++) values[i] = pixels[4 * i + 3] ? low + valueOf(pixels, i) * (high - low) : NaN;
   const found = marked && Uint16Array.from(values, (_, i) => (marked[4 * i + 3] ? labelOf(marked, i) : 0));

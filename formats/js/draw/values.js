@@ -99,6 +99,16 @@ export function mediaOnGrids({ inside }) {
   return picture?.grid && picture.media.length > 1 ? picture.media : [];
 }
 
+/**
+ * Lines of a shader that set `value` to that of one of several media on grids of their own, where it has one.
+ * @param {number} medium @param {string} place in box millimetres
+ */
+export const mediumLines = (medium, place) =>
+  `  begin_K(position(${place}), vec3(1.0, 0.0, 0.0));
+  inside *= within_K.x <= 0.0 && within_K.y >= 0.0 ? 1.0 : 0.0;
+  float value = stored_value_K(start_K);
+`.replaceAll("_K", `_${medium}`);
+
 /** The segments that the renderer's program draws, or null. @param {Renderer} renderer */
 export function segmentsOf({ inside }) {
   const { segments } = inside?.pack.manifest ?? {};

@@ -25,4 +25,7 @@ def package_of_transfer(package: Package, transfer: str | None) -> Package:
     picture = manifest.picture(name)
     if picture is None or picture.grid is None:
         return package
-    return package.seen_as(manifest.model_copy(update={"grid": picture.grid}), package.channel)
+    # A channel without a grid of its own has that of the package.
+    named_grids = tuple(shown.model_copy(update={"grid": shown.grid or manifest.grid}) for shown in manifest.pictures)
+    seen = manifest.model_copy(update={"grid": picture.grid, "pictures": named_grids})
+    return package.seen_as(seen, package.channel)
