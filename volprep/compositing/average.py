@@ -7,14 +7,9 @@ import numpy as np
 
 from volprep.compositing.projection import Segments, projection
 from volprep_formats.arrays import Float64Array
-from volprep_formats.package.function_table import Table
 
 _SEEN_PER_MM = 1.0
 """Any extinction above 0 says that a value can be seen."""
-
-
-def _visible(table: Table) -> Float64Array:
-    return np.full_like(table.extinction_per_mm, _SEEN_PER_MM)
 
 
 def _projected(segments: Segments) -> Float64Array:
@@ -28,7 +23,7 @@ AVERAGE = projection(
     classifications=frozenset(("lookup",)),
     level_filters=("box",),
     every_value=True,
-    visible=_visible,
+    visible=lambda table: np.full_like(table.extinction_per_mm, _SEEN_PER_MM),
     projected=_projected,
     truth="the mean value of the scan along each ray",
     step_voxels=0.5,

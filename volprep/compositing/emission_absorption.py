@@ -34,10 +34,6 @@ def _rays(
     return result
 
 
-def _visible(table: Table) -> Float64Array:
-    return table.extinction_per_mm
-
-
 def _oracle(
     media: Sequence[Medium],
     box_from_clip: Float64Array,
@@ -61,20 +57,16 @@ def _oracle(
 EMISSION_ABSORPTION = Compositing(
     name="emission-absorption",
     ends_early=True,
-    meshes=True,
     classifications=frozenset(("lookup", "preintegrated", "palette", "control-points", "preclassified", "colour")),
     several=True,
     labels=True,
     level_filters=(),
-    isovalue=False,
-    intensities=False,
     every_value=False,
-    visible=_visible,
+    visible=lambda table: table.extinction_per_mm,
     rays=_rays,
     lit_rays=_rays,
     oracle=_oracle,
     truth="an integral of the scan",
     fixed_path=False,
-    step_voxels=0.5,
     order=2.0,
 )

@@ -10,14 +10,12 @@ steps of a quarter of a voxel, in twice that time. Samples miss absorption as we
 instead of 1 - d, and half of it before and half behind a sample, changed nothing or was worse.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from volprep.compositing.maximum import MAXIMUM
-from volprep.compositing.record import Compositing
+from volprep.compositing.record import Compositing, oracle_of_one
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.refined import refined_picture
 from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
@@ -41,38 +39,24 @@ def _rays(columns: Float64Array, spacing_mm: Spacing, table: Table, between: Sam
     return result
 
 
-def _oracle(
-    media: Sequence[Medium],
-    box_from_clip: Float64Array,
-    shape_hw: tuple[int, int],
-    *,
-    tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
-) -> OraclePicture:
+def _refined(medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
     # With fine steps this tends to an integral, which has no closed form where the transfer function is not constant.
-    (medium,) = media
     function = medium.transfer_function
     return refined_picture(medium.volume, function, box_from_clip, shape_hw, intensities=function.intensity_range)
 
 
 MIDA = Compositing(
     name="mida",
-    ends_early=False,
-    meshes=True,
     classifications=frozenset(("lookup",)),
-    several=False,
-    labels=False,
     level_filters=("box",),
-    isovalue=False,
     intensities=True,
     every_value=True,
     # As of a maximum: a value up to which nothing is shown is less than any that something in front of it has.
     visible=MAXIMUM.visible,
     rays=_rays,
-    lit_rays=None,
-    oracle=_oracle,
+    oracle=oracle_of_one(_refined),
     truth="maximum intensity difference accumulation in the scan, refined until two halvings of the steps agree",
     fixed_path=False,
-    step_voxels=0.5,
     order=1.0,
     order_limit="A step that rises by d dims all light in front of it by 1 - d before it absorbs: order 1.",
 )

@@ -1,12 +1,12 @@
 """Shared code of projections: one value for each ray, shown as if its path had the length reference_mm."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from volprep.compositing.record import Compositing, Oracle, Rays, Visible
+from volprep.compositing.record import Compositing, Oracle, Rays, Visible, oracle_of_one
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
+from volprep.truth.oracle import OraclePicture
 from volprep.truth.projection import Projection, projected_picture
 from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
@@ -47,18 +47,11 @@ def projection(
     """Return the compositing whose rays show one value each; `projected` gives it of the samples of rays, [ray]."""
     return Compositing(
         name=name,
-        ends_early=False,
-        meshes=True,
         classifications=classifications,
-        several=False,
-        labels=False,
         level_filters=level_filters,
-        isovalue=False,
-        intensities=False,
         every_value=every_value,
         visible=visible,
         rays=_rays_of(projected),
-        lit_rays=None,
         oracle=_oracle_of(name),
         truth=truth,
         fixed_path=True,
@@ -76,18 +69,10 @@ def _rays_of(projected: Callable[[Segments], Float64Array]) -> Rays:
 
 
 def _oracle_of(name: Projection) -> Oracle:
-
-    def oracle(
-        media: Sequence[Medium],
-        box_from_clip: Float64Array,
-        shape_hw: tuple[int, int],
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
-    ) -> OraclePicture:
-        (medium,) = media
+    def drawn(medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> OraclePicture:
         function = medium.transfer_function
         return projected_picture(
             name, medium.volume, function, box_from_clip, shape_hw, reference_mm=function.reference_mm
         )
 
-    return oracle
+    return oracle_of_one(drawn)

@@ -1,6 +1,6 @@
 """The record of a compositing, for plan, skip tables, levels and validation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -67,49 +67,65 @@ class Oracle(Protocol):
         """
 
 
+def oracle_of_one(draw: Callable[[Medium, Float64Array, tuple[int, int]], OraclePicture]) -> Oracle:
+    """Return the oracle of one medium that is as sharp as it can be, whatever bound is asked for."""
+
+    def oracle(
+        media: Sequence[Medium],
+        box_from_clip: Float64Array,
+        shape_hw: tuple[int, int],
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - see above
+    ) -> OraclePicture:
+        (medium,) = media
+        return draw(medium, box_from_clip, shape_hw)
+
+    return oracle
+
+
 @dataclass(frozen=True)
 class Compositing:
     """A compositing: how the samples of a ray are combined into a pixel."""
 
     name: CompositingName
     """Name in scenes and programs."""
-    ends_early: bool
-    """Whether a ray ends where its opacity passes `opacity_cutoff`."""
-    meshes: bool
-    """Whether rays may begin at proxy geometry."""
     classifications: frozenset[ClassificationName]
     """Kinds of classification that it works with."""
-    several: bool
-    """Whether several channels may be drawn into one picture."""
-    labels: bool
-    """Whether it makes sense of labels, which are no quantities."""
     level_filters: tuple[LevelFilter, ...]
     """Filters of coarser levels where the scene names none; of several, its own rays choose one for each level. If
     it is empty, light decides among all filters, and levels may have tables of their own."""
-    isovalue: bool
-    """Whether it shows a surface, so that each transfer function needs an isovalue."""
-    intensities: bool
-    """Whether values count as parts of a range, which each transfer function needs."""
     every_value: bool
     """Whether values that no transfer function tells apart make different pictures."""
     visible: Visible
     """Visible parts of a table of extinctions, for crop, empty space, bricks and meshes."""
     rays: Rays
     """Pictures of sampled rays."""
-    lit_rays: LitRays | None
-    """Pictures of sampled rays that are lit; None where samples have no light."""
     oracle: Oracle
     """The true picture."""
     truth: str
     """Definition of the true picture, for people."""
     fixed_path: bool
     """Whether a value has the opacity of `reference_mm` of its transfer function, however long the ray is."""
-    step_voxels: float
-    """Distance of samples, in voxels, where the scene names none and nothing else asks for another."""
     order: float
     """Order of convergence: how the error falls as steps get finer."""
     order_limit: str | None = None
     """Why the order is not 2, for people."""
+    step_voxels: float = 0.5
+    """Distance of samples, in voxels, where the scene names none and nothing else asks for another."""
+    lit_rays: LitRays | None = None
+    """Pictures of sampled rays that are lit; None where samples have no light."""
+    ends_early: bool = False
+    """Whether a ray ends where its opacity passes `opacity_cutoff`."""
+    meshes: bool = True
+    """Whether rays may begin at proxy geometry."""
+    several: bool = False
+    """Whether several channels may be drawn into one picture."""
+    labels: bool = False
+    """Whether it makes sense of labels, which are no quantities."""
+    isovalue: bool = False
+    """Whether it shows a surface, so that each transfer function needs an isovalue."""
+    intensities: bool = False
+    """Whether values count as parts of a range, which each transfer function needs."""
 
     @property
     def cell_by_cell(self) -> bool:

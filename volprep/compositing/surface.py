@@ -1,16 +1,12 @@
 """Shared code of isosurface and first hit: the first place on the ray where the value passes the isovalue."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.compositing.projection import shown
-from volprep.compositing.record import Compositing, LitRays, Oracle, Visible
+from volprep.compositing.record import Compositing, LitRays, Oracle, Visible, oracle_of_one
 from volprep.transfer.rays import Spacing, segments
-from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.surface import surface_picture
-from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.program import CompositingName
@@ -24,14 +20,9 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
     """
     return Compositing(
         name=name,
-        ends_early=False,
-        meshes=True,
         classifications=frozenset(("lookup",)),
-        several=False,
-        labels=False,
         level_filters=("box",),
         isovalue=True,
-        intensities=False,
         every_value=True,
         visible=visible,
         rays=_rays(solid=solid),
@@ -39,7 +30,6 @@ def surface(name: CompositingName, visible: Visible, *, solid: bool, truth: str)
         oracle=_oracle(solid=solid),
         truth=truth,
         fixed_path=True,
-        step_voxels=0.5,
         order=1.0,
         order_limit="A surface that a ray touches only just, between two samples, is looked for where the values are "
         "near the isovalue; where the search does not find it, the pixel is wrong. The part of such pixels falls with "
@@ -84,14 +74,8 @@ def _rays(*, solid: bool) -> LitRays:
 
 
 def _oracle(*, solid: bool) -> Oracle:
-    def oracle(
-        media: Sequence[Medium],
-        box_from_clip: Float64Array,
-        shape_hw: tuple[int, int],
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,  # noqa: ARG001 - it is as sharp as it can be
-    ) -> OraclePicture:
-        (medium,) = media
-        return surface_picture(medium.volume, medium.transfer_function, box_from_clip, shape_hw, solid=solid)
-
-    return oracle
+    return oracle_of_one(
+        lambda medium, box_from_clip, shape_hw: surface_picture(
+            medium.volume, medium.transfer_function, box_from_clip, shape_hw, solid=solid
+        )
+    )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Literal
 
 from volprep.scene.scene import Scene
@@ -65,6 +66,11 @@ def no_change(_scene: Scene) -> None:
 def always(gain: Gain) -> Callable[[Scene], Gain]:
     """Return a function that gives `gain` for every scene."""
     return lambda _scene: gain
+
+
+def where_auto(key: str) -> Callable[[Scene], Literal["plan", "scene"]]:
+    """Return a function that says who decides: the plan where that key of a scene is "auto", else the scene."""
+    return lambda scene: "plan" if attrgetter(key)(scene) == "auto" else "scene"
 
 
 def time_or_wish(scene: Scene) -> Gain:

@@ -204,14 +204,6 @@ def _classification_name(manifest: Manifest) -> str:
     return manifest.programs[0].classification
 
 
-def _technique_name(manifest: Manifest) -> str:
-    return manifest.programs[0].technique
-
-
-def _layout_name(manifest: Manifest) -> str:
-    return _SAMPLINGS[manifest.programs[0].sampling]
-
-
 def _skip_name(manifest: Manifest) -> str:
     tables = manifest.skipping.tables if manifest.skipping else ()
     return f"{tables[0].kind}, blocks of {tables[0].block}" if tables else "none"
@@ -232,21 +224,9 @@ def _normals_name(manifest: Manifest) -> str:
     return f"{found[0].kernel}, {found[0].code}" if found else "none"
 
 
-def _gradients_name(manifest: Manifest) -> str:
-    return manifest.programs[0].normals_from if manifest.programs[0].lighting != "none" else "none"
-
-
 def _tables_name(manifest: Manifest) -> str:
     own = any(table.level is not None for table in manifest.textures_of("transfer", "preintegrated"))
     return f"{_classification_name(manifest)}, {'own' if own else 'common'} table"
-
-
-def _filter_name(manifest: Manifest) -> str:
-    return next((level.filter for level in manifest.levels if level.index == 1), "none")
-
-
-def _bits_name(manifest: Manifest) -> str:
-    return f"{manifest.quantization.bits} bits" if manifest.quantization else "none"
 
 
 def _cutoff_name(manifest: Manifest) -> str:
@@ -276,7 +256,7 @@ CHOICES: tuple[Choice, ...] = (
         "How should a program go through the volume?",
         "milliseconds",
         _techniques,
-        _technique_name,
+        lambda manifest: manifest.programs[0].technique,
         lambda _: "shaders",
     ),
     Choice(
@@ -284,7 +264,7 @@ CHOICES: tuple[Choice, ...] = (
         "What does it cost to keep voxels in bricks, or in a mosaic?",
         "milliseconds",
         _layouts,
-        _layout_name,
+        lambda manifest: _SAMPLINGS[manifest.programs[0].sampling],
         lambda _: LEVEL,
     ),
     Choice(
@@ -300,7 +280,7 @@ CHOICES: tuple[Choice, ...] = (
         "What do 16 bits gain over 8?",
         "bytes",
         lambda _: [Variant(f"{bits} bits", {"quantize": {"bits": bits}, **_ALONE}) for bits in (8, 16)],
-        _bits_name,
+        lambda manifest: f"{manifest.quantization.bits} bits" if manifest.quantization else "none",
         lambda _: _KINDS["16-bit values"],
     ),
     Choice(
@@ -327,7 +307,7 @@ CHOICES: tuple[Choice, ...] = (
         "Is a volume of normals worth its bytes, or may the shader take differences?",
         "milliseconds",
         _gradients,
-        _gradients_name,
+        lambda manifest: manifest.programs[0].normals_from if manifest.programs[0].lighting != "none" else "none",
         lambda _: _KINDS["normals"],
         absent="the scene has no lighting",
     ),
@@ -373,7 +353,7 @@ CHOICES: tuple[Choice, ...] = (
         "Which filter makes the best level 1, and how long does that take?",
         "seconds",
         _filters,
-        _filter_name,
+        lambda manifest: next((level.filter for level in manifest.levels if level.index == 1), "none"),
         lambda _: "level-filter",
         compared_at=1,
         absent="labels and classified voxels have filters of their own",

@@ -10,7 +10,6 @@ from volprep.parts.ablation import AblationItem, always, by_the_scene
 from volprep.parts.bricks.decision import KIND, describe_bricks, require_bricks
 from volprep.parts.bricks.flat import flat_index, flat_pool, held_zyx
 from volprep.parts.bricks.pool import brick_layout, places_of, pool_layers, with_reach
-from volprep.parts.case import Case
 from volprep.parts.mosaic.packing import Packing, pack_mosaic
 from volprep.parts.part import Part
 from volprep.parts.skip.occupancy import occupied_blocks
@@ -23,7 +22,7 @@ from volprep.scan.block_ranges import BlockRanges, Triple, block_ranges
 from volprep.scan.slabs import RawVolume, bytes_of
 from volprep_formats.arrays import Texels, UInt8Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.package.manifest import Contribution, PlanItem
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.bricks.places import constant_entry
 from volprep_formats.package.parts.bricks.record import BrickLayout
 from volprep_formats.package.storage.draft import Draft
@@ -149,14 +148,10 @@ STAGE = Stage(
 )
 
 
-def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
-    return describe_bricks(plan.volumes)
-
-
 PART = Part(
     name="bricks",
     require=require_bricks,
-    items=_items,
+    items=lambda plan, _case: describe_bricks(plan.volumes),
     stages=(STAGE,),
     ablations=(
         AblationItem(

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Literal
 
-from volprep.parts.ablation import AblationItem, always
+from volprep.parts.ablation import AblationItem, always, where_auto
 from volprep.parts.case import Case, Joint, Trial
 from volprep.parts.classification.automatic import ClassificationChoice, choose_classification, describe_classification
 from volprep.parts.classification.decision import (
@@ -70,10 +69,6 @@ def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
         yield PlannedImage(table.file, table.format, table.shape_zyx, table.transfer)
 
 
-def _chooser(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.render.classification == "auto" else "scene"
-
-
 def _has_preintegrated(manifest: Manifest) -> bool | None:
     names = {program.classification for program in manifest.programs}
     return "preintegrated" in names if names <= WITH_TABLES else None
@@ -97,7 +92,7 @@ PART = Part(
             without={"render": {"classification": "lookup"}},
             added=lambda scene: None if scene.editable else {"render": {"classification": "preintegrated"}},
             stated=_has_preintegrated,
-            chosen_by=_chooser,
+            chosen_by=where_auto("render.classification"),
             lossy=True,
         ),
     ),

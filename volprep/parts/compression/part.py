@@ -6,9 +6,8 @@ that is worst.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Literal
 
-from volprep.parts.ablation import AblationItem, always
+from volprep.parts.ablation import AblationItem, always, where_auto
 from volprep.parts.case import Case, Trial
 from volprep.parts.compression.decision import (
     COLOUR_FORM,
@@ -105,10 +104,6 @@ def _items(_plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
     yield from case.decided(CompressionChoice).items
 
 
-def _chooser(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.textures.compression == "auto" else "scene"
-
-
 PART = Part(
     name="compression",
     measure=with_blocks,
@@ -121,7 +116,7 @@ PART = Part(
             always("memory"),
             without={"textures": {"compression": "none"}},
             added=lambda _: {"textures": {"compression": "auto"}},
-            chosen_by=_chooser,
+            chosen_by=where_auto("textures.compression"),
             lossy=True,
         ),
     ),

@@ -14,11 +14,11 @@ from volprep.parts.levels.joint_histogram import reference_mm
 from volprep.parts.levels.level_input import BY_LOOKS
 from volprep.parts.part import Part
 from volprep.plan.products import EditingPlan
-from volprep.plan.records import ChannelPlan, LevelPlan
+from volprep.plan.records import LevelPlan
 from volprep.scene.scene import Scene
 from volprep.scene.wishes import refuse_any, refuse_wishes
 from volprep_formats.grid import Grid
-from volprep_formats.package.manifest import Manifest, PlanItem
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.parts.editing.record import BINS, JointHistogram
 from volprep_formats.package.profile import DeviceProfile
 
@@ -85,19 +85,11 @@ def _plan(case: Case) -> Case:
     return case.plus(plan_editing(case.scene, case.grid, case.layout.levels))
 
 
-def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
-    return describe_editing(plan.part(EditingPlan))
-
-
-def _has(manifest: Manifest) -> bool:
-    return manifest.editing is not None
-
-
 PART = Part(
     name="editing",
     prepare=for_edits,
     plan=_plan,
-    items=_items,
+    items=lambda plan, _case: describe_editing(plan.part(EditingPlan)),
     ablations=(
         AblationItem(
             "what edits need",
@@ -106,7 +98,7 @@ PART = Part(
             without={"editable": False},
             # No filter may rest on a transfer function.
             added=lambda _: {"editable": True, "pyramid": {"filter": "box"}},
-            stated=_has,
+            stated=lambda manifest: manifest.editing is not None,
             chosen_by=by_the_scene,
             lossy=True,
         ),

@@ -1,17 +1,15 @@
 """The part *flattened*: one value for the voxels that no picture can show."""
 
 from collections.abc import Iterator
-from typing import Literal
 
 import numpy as np
 
-from volprep.parts.ablation import AblationItem, always
+from volprep.parts.ablation import AblationItem, always, where_auto
 from volprep.parts.case import Case
 from volprep.parts.part import Part
 from volprep.parts.skip.decision import measured_occupied
 from volprep.parts.skip.part import found_of
 from volprep.plan.products import FlattenedPlan
-from volprep.plan.records import ChannelPlan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.program import LAID_OVER
@@ -97,18 +95,10 @@ def _plan(case: Case) -> Case:
     return case.plus(plan_flattened(case))
 
 
-def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return describe_flattened(plan.part(FlattenedPlan), case)
-
-
-def _chooser(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.textures.flatten == "auto" else "scene"
-
-
 PART = Part(
     name="flattened",
     plan=_plan,
-    items=_items,
+    items=lambda plan, case: describe_flattened(plan.part(FlattenedPlan), case),
     ablations=(
         AblationItem(
             "flattened voxels",
@@ -116,7 +106,7 @@ PART = Part(
             always("transport"),
             without={"textures": {"flatten": "none"}},
             added=lambda _: {"textures": {"flatten": "auto"}},
-            chosen_by=_chooser,
+            chosen_by=where_auto("textures.flatten"),
         ),
     ),
 )

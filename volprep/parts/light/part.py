@@ -12,7 +12,6 @@ from volprep.parts.part import Part, PlannedImage
 from volprep.plan.decisions import LightChoice
 from volprep.plan.products import LightPlan
 from volprep.plan.records import ChannelPlan
-from volprep_formats.package.manifest import Manifest, PlanItem
 from volprep_formats.package.program import ProgramDesign
 
 
@@ -37,10 +36,6 @@ def _plan(case: Case) -> Case:
     return case.plus(plan_light(case.scene, case.layout.profile, case.grid, case.functions, choice, labels=labels))
 
 
-def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return light_items(plan.part(LightPlan), case.scene, plan.grid, case.part(LightChoice))
-
-
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     light = plan.part(LightPlan)
     if light is None:
@@ -54,10 +49,6 @@ def _reads(program: ProgramDesign) -> bool:
     return program.baked
 
 
-def _has(manifest: Manifest) -> bool | None:
-    return any(program.baked for program in manifest.programs) or None
-
-
 PART = Part(
     name="light",
     require=require_light,
@@ -65,7 +56,7 @@ PART = Part(
     beside=beside_level,
     measure=_measure,
     plan=_plan,
-    items=_items,
+    items=lambda plan, case: light_items(plan.part(LightPlan), case.scene, plan.grid, case.part(LightChoice)),
     images=_images,
     stages=(STAGE,),
     ablations=(
@@ -76,7 +67,7 @@ PART = Part(
             without={"lighting": {"baked": "none"}},
             # With it, it is another picture.
             added=no_change,
-            stated=_has,
+            stated=lambda manifest: any(program.baked for program in manifest.programs) or None,
             chosen_by=by_the_scene,
         ),
     ),

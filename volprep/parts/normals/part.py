@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from volprep.parts.ablation import AblationItem, Changes, Gain, by_the_scene
+from volprep.parts.ablation import AblationItem, Changes, by_the_scene
 from volprep.parts.case import Case
 from volprep.parts.normals.decision import KIND, beside_level, normal_items, plan_normals, wanted_normals
 from volprep.parts.normals.stage import STAGE
@@ -11,7 +11,6 @@ from volprep.plan.products import NormalsPlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.plan.room import Beside, Misfit
 from volprep.scene.scene import Scene
-from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.package.program import ProgramDesign
 
@@ -24,10 +23,6 @@ def _plan(case: Case) -> Case:
     layout, scene = case.layout, case.scene
     labels = bool(scene.source.labels)
     return case.plus(plan_normals(wanted_normals(scene), layout.profile, layout.levels, layout.beside, labels=labels))
-
-
-def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return normal_items(plan.part(NormalsPlan), case.scene, plan.levels)
 
 
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
@@ -48,10 +43,6 @@ def _is_lit(scene: Scene) -> bool:
     return scene.render.lighting != "none" and scene.segments is None
 
 
-def _gain(scene: Scene) -> Gain:
-    return "time" if _is_lit(scene) else "wish"
-
-
 def _added(scene: Scene) -> Changes:
     return {"lighting": {"normals": "volume"}} if _is_lit(scene) else {"normals": {"magnitude": True}}
 
@@ -60,14 +51,14 @@ PART = Part(
     name="normals",
     beside=_beside,
     plan=_plan,
-    items=_items,
+    items=lambda plan, case: normal_items(plan.part(NormalsPlan), case.scene, plan.levels),
     images=_images,
     stages=(STAGE,),
     ablations=(
         AblationItem(
             "normals",
             KIND,
-            _gain,
+            lambda scene: "time" if _is_lit(scene) else "wish",
             without={"normals": None, "lighting": {"normals": "central"}},
             added=_added,
             chosen_by=by_the_scene,

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
-from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change, time_or_wish
+from volprep.parts.ablation import AblationItem, always, by_the_scene, no_change, time_or_wish, where_auto
 from volprep.parts.case import Case, Joint
 from volprep.parts.part import Part
 from volprep.parts.programs.decision import require_light_outside, require_shadows, require_technique, shader_files
@@ -103,10 +102,6 @@ def _has_early_end(manifest: Manifest) -> bool | None:
     return manifest.opacity_cutoff is not None
 
 
-def _chooser_of_cutoff(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.render.opacity_cutoff == "auto" else "scene"
-
-
 def _has_shadows(manifest: Manifest) -> bool | None:
     return any(program.light is not None and program.light.shadows != "none" for program in manifest.programs) or None
 
@@ -146,7 +141,7 @@ PART = Part(
             without={"render": {"opacity_cutoff": 1.0}},
             added=lambda _: {"render": {"opacity_cutoff": AUTO_CUTOFF}},
             stated=_has_early_end,
-            chosen_by=_chooser_of_cutoff,
+            chosen_by=where_auto("render.opacity_cutoff"),
             lossy=True,
             with_everything=True,
         ),

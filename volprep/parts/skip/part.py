@@ -1,10 +1,9 @@
 """The part *skip*: tables that let rays jump over empty space."""
 
 from collections.abc import Iterator
-from typing import Literal
 
 from volprep.compositing import COMPOSITINGS
-from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish
+from volprep.parts.ablation import AblationItem, always, by_the_scene, time_or_wish, where_auto
 from volprep.parts.case import Case
 from volprep.parts.part import Part, PlannedImage
 from volprep.parts.skip.decision import KIND, RANGES_KIND, SkipInputs, describe_skip, plan_skip
@@ -12,7 +11,6 @@ from volprep.parts.skip.stage import STAGE
 from volprep.parts.stage import required
 from volprep.plan.products import NormalsPlan, SkipPlan
 from volprep.plan.records import ChannelPlan
-from volprep.scene.scene import Scene
 from volprep.techniques import TECHNIQUES
 from volprep_formats.package.manifest import PlanItem
 
@@ -50,10 +48,6 @@ def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
         yield PlannedImage(table.file, table.format, table.shape_zyx, table.transfer, table.level)
 
 
-def _chooser(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.skip.kind == "auto" else "scene"
-
-
 PART = Part(
     name="skip",
     plan=_plan,
@@ -67,7 +61,7 @@ PART = Part(
             time_or_wish,
             without={"skip": {"kind": "none"}},
             added=lambda _: {"skip": {"kind": "distance"}},
-            chosen_by=_chooser,
+            chosen_by=where_auto("skip.kind"),
             for_each_transfer=True,
             with_everything=True,
         ),

@@ -20,7 +20,7 @@ from volprep.scan.slabs import RawVolume, bytes_of
 from volprep.transfer.palette import best_palette, palette_of_codes
 from volprep.transfer.preclassified import code_colours, largest_opacity
 from volprep_formats.arrays import Float64Array, UInt8Array
-from volprep_formats.package.manifest import Contribution, PlanItem
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.slices.record import SliceLayout
 from volprep_formats.package.storage.draft import Draft
@@ -132,10 +132,6 @@ def _join(joint: Joint) -> Joint:
     return joint.plus(shared=joint.shared.model_copy(update={"rays": common_steps([steps])}))
 
 
-def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return describe_slices(plan, case.decided(SlicesChoice))
-
-
 def _images(plan: ChannelPlan) -> Iterator[PlannedImage]:
     slices = plan.part(SlicesPlan)
     if slices is None:
@@ -152,7 +148,7 @@ PART = Part(
     refuse=refuse_slices,
     plan=_plan,
     join=_join,
-    items=_items,
+    items=lambda plan, case: describe_slices(plan, case.decided(SlicesChoice)),
     images=_images,
     stages=(STAGE,),
     settle=settle,

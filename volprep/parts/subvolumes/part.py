@@ -1,6 +1,5 @@
 """The part *subvolumes*: level 0 in pieces, for devices that cannot hold it whole."""
 
-from collections.abc import Iterator
 from typing import Literal
 
 from volprep.parts.ablation import AblationItem, always
@@ -9,7 +8,7 @@ from volprep.parts.part import Part
 from volprep.parts.subvolumes.decision import KIND, describe_subvolumes, plan_subvolumes, voxels_of
 from volprep.parts.subvolumes.stage import STAGE
 from volprep.plan.products import SegmentsPlan
-from volprep.plan.records import ChannelPlan, Plan
+from volprep.plan.records import Plan
 from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.storage.draft import Draft
@@ -20,10 +19,6 @@ def _plan(case: Case) -> Case:
     voxels = voxels_of(case.scene, stored.bits, stored.filter, segments)
     pictures = (segments.name,) if segments else tuple(function.name for function in case.functions)
     return case.plus(plan_subvolumes(case.scene, case.profile, case.grid, voxels, case.layout.volumes, pictures))
-
-
-def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    return describe_subvolumes(plan, case.scene)
 
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, _plan: Plan) -> tuple[PlanItem, ...]:
@@ -43,7 +38,7 @@ def _chooser(scene: Scene) -> Literal["plan", "scene"]:
 PART = Part(
     name="subvolumes",
     plan=_plan,
-    items=_items,
+    items=lambda plan, case: describe_subvolumes(plan, case.scene),
     stages=(STAGE,),
     settle=_settle,
     ablations=(

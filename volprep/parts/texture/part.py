@@ -6,7 +6,6 @@ from itertools import groupby
 import numpy as np
 
 from volprep.parts.ablation import AblationItem, always, by_the_scene
-from volprep.parts.case import Case
 from volprep.parts.hidden_voxels import flattened_reader, flattening
 from volprep.parts.part import Part
 from volprep.parts.stage import Shapes, Stage, Work, any_channel
@@ -14,7 +13,7 @@ from volprep.parts.texels import volume_texture
 from volprep.parts.texture.mipmaps import KIND, describe_mipmaps
 from volprep.plan.records import ChannelPlan, VolumePlan
 from volprep.scan.slabs import bytes_of, slab_ranges
-from volprep_formats.package.manifest import Contribution, PlanItem
+from volprep_formats.package.manifest import Contribution
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.progress import Progress
 from volprep_formats.record import Record
@@ -70,13 +69,9 @@ STAGE = Stage(
 )
 
 
-def _items(plan: ChannelPlan, _case: Case) -> Iterator[PlanItem]:
-    return describe_mipmaps(plan.levels, plan.volumes)
-
-
 PART = Part(
     name="texture",
-    items=_items,
+    items=lambda plan, _case: describe_mipmaps(plan.levels, plan.volumes),
     stages=(STAGE,),
     ablations=(
         AblationItem(

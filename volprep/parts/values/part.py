@@ -1,10 +1,9 @@
 """The part *values*: codes of 8 or 16 bits, and the crop."""
 
 from collections.abc import Iterator, Sequence
-from typing import Literal
 
-from volprep.parts.ablation import AblationItem, Gain, always
-from volprep.parts.case import Case, Joint, Trial
+from volprep.parts.ablation import AblationItem, always, where_auto
+from volprep.parts.case import Case, Trial
 from volprep.parts.part import Part
 from volprep.parts.values.decision import choose_values
 from volprep.parts.values.items import BORDER_KIND, WIDE_KIND, describe_border, describe_codes
@@ -12,7 +11,6 @@ from volprep.parts.values.labels import require_distinct_labels
 from volprep.parts.values.stage import STAGE
 from volprep.plan.functions import describe_functions
 from volprep.plan.records import ChannelPlan
-from volprep.scene.scene import Scene
 from volprep_formats.package.manifest import Manifest, PlanItem
 
 
@@ -21,10 +19,6 @@ def _measure(cases: Sequence[Case], _trial: Trial) -> list[Case]:
     return [
         case.plus(choose_values(case.scene, case.profile, case.info, case.measured, case.functions)) for case in cases
     ]
-
-
-def _join(joint: Joint) -> Joint:
-    return joint.plus(items=describe_border(joint.shared, joint.scene, joint.cases[0].info))
 
 
 def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
@@ -43,20 +37,12 @@ def _has_wide_codes(manifest: Manifest) -> bool | None:
     return None if labels or manifest.quantization is None else manifest.quantization.bits == 16
 
 
-def _gain_of_bits(scene: Scene) -> Gain:
-    return "wish" if scene.quantize.bits == 16 else "truth"
-
-
-def _chooser_of_bits(scene: Scene) -> Literal["plan", "scene"]:
-    return "plan" if scene.quantize.bits == "auto" else "scene"
-
-
 PART = Part(
     name="values",
     devices="any",
     begin=require_distinct_labels,
     measure=_measure,
-    join=_join,
+    join=lambda joint: joint.plus(items=describe_border(joint.shared, joint.scene, joint.cases[0].info)),
     items=_items,
     stages=(STAGE,),
     ablations=(
@@ -72,11 +58,11 @@ PART = Part(
         AblationItem(
             "16-bit values",
             WIDE_KIND,
-            _gain_of_bits,
+            lambda scene: "wish" if scene.quantize.bits == 16 else "truth",
             without={"quantize": {"bits": 8}},
             added=lambda _: {"quantize": {"bits": 16}},
             stated=_has_wide_codes,
-            chosen_by=_chooser_of_bits,
+            chosen_by=where_auto("quantize.bits"),
             lossy=True,
             with_everything=True,
         ),
