@@ -28,6 +28,8 @@ from volprep.kernels import _native
 from volprep.truth.normal_codes import DIRECTION_BYTES, decoded
 from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 
+from .bandwidth import copy_all
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from normal_fields import (
     IDENTITY,
@@ -125,7 +127,7 @@ def _speed() -> tuple[float, tuple[NormalsSpeed, ...]]:
     copy_s = float("inf")
     outputs = {width: np.empty((*SHAPE, width), np.uint8) for width in (2, 3)}
     for _ in range(7):
-        copy_s = min(copy_s, _seconds(lambda: _native.memory_copy(source.reshape(-1), copied)))
+        copy_s = min(copy_s, _seconds(lambda: copy_all(source.reshape(-1), copied)))
         for number, (volume, kernel, code) in enumerate(jobs):
             output = outputs[DIRECTION_BYTES[code]]
             best[number] = min(best[number], _seconds(lambda: _run(volume, kernel, code, output)))  # noqa: B023

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.kernels import _native
+from .bandwidth import copy_all, read_all
 
 Run = Callable[[], object]
 
@@ -74,12 +74,7 @@ def hold(contest: Contest) -> Outcome:
     copied = np.zeros_like(octets)
     read, copy = "plain read", "plain copy"
     best = best_ms(
-        {
-            read: lambda: _native.memory_read(words),
-            copy: lambda: _native.memory_copy(octets, copied),
-            "": contest.ours,
-            **contest.peers,
-        }
+        {read: lambda: read_all(words), copy: lambda: copy_all(octets, copied), "": contest.ours, **contest.peers}
     )
     ours_ms = best[""]
     written = contest.bytes_written / octets.size

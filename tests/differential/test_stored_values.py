@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from volumes import THREADS, same_bytes, volumes
+from volumes import THREADS, volumes
 
 from volprep.kernels import _native
 
@@ -34,14 +34,3 @@ def test_the_zero_of_a_range_is_positive(zeros):
 def test_a_volume_without_voxels_is_a_value_error():
     with pytest.raises(ValueError, match="at least one voxel"):
         _native.value_range(np.zeros((0, 1, 1), np.float32))
-
-
-@pytest.mark.parametrize("threads", [0, 1, 2, 3])
-def test_the_bandwidth_loops_touch_every_byte(threads):
-    words = np.random.default_rng(1).integers(0, 2**64, 10007, np.uint64)
-    assert _native.memory_read(words, threads) == int(np.sum(words, dtype=np.uint64))
-    copied = np.zeros(words.nbytes, np.uint8)
-    _native.memory_copy(words.view(np.uint8), copied, threads)
-    assert same_bytes(copied, words.view(np.uint8))
-    with pytest.raises(ValueError, match="dst has 1 bytes, expected 80056"):
-        _native.memory_copy(words.view(np.uint8), copied[:1])

@@ -17,12 +17,6 @@ from collections.abc import Sequence
 from numpy import float32, float64, generic, int32, int64, uint8, uint16, uint64
 from numpy.typing import NDArray
 
-def memory_read(src: NDArray[uint64], threads: int = 0) -> int:
-    """Read every word once and return the sum modulo 2^64: the machine's read bandwidth, when timed."""
-
-def memory_copy(src: NDArray[uint8], dst: NDArray[uint8], threads: int = 0) -> None:
-    """Copy src to dst, each thread one part: the machine's copy bandwidth, when timed."""
-
 def block_minmax_shape(shape_zyx: Sequence[int], block: int) -> tuple[int, int, int]:
     """The shape that block_minmax gives: max(1, ceil((n - 1) / block)) along each axis."""
 
