@@ -19,8 +19,8 @@ from volprep_formats.diagnostics import VolprepError
 from volprep_formats.package.check import check
 from volprep_formats.progress import Silent
 
-CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None and name != "ray-casting"]
-DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is not None]
+CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.order is None and name != "ray-casting"]
+DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.order is not None]
 
 
 PROFILE = """

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
+from tests.support.published import TWINS
 from volprep.compositing import COMPOSITINGS
 from volprep.render.hybrid import HybridWish, hybrid_picture
 from volprep.render.progressive import Order, frames
@@ -113,9 +114,9 @@ def _tile(
         return Tile(shown.name, technique.name, compositing, None, None, str(error)), None
     truth = bench.truth(package, shown, view)
     twin_rmse = None
-    if technique.twin is not None and compositing == "emission-absorption" and package.manifest.render is not None:
+    if technique.name in TWINS and compositing == "emission-absorption" and package.manifest.render is not None:
         # The volume of the package may be cropped: its cube of slices is that of its own box.
-        twin = technique.twin(
+        twin = TWINS[technique.name](
             Medium(_cropped(shown, level.grid), package.manifest.transfer_functions[0]),
             camera,
             view.shape_hw,

@@ -5,6 +5,7 @@ Orders are in tests/truth/test_every_order.py.
 
 import numpy as np
 import pytest
+from published import TWINS
 from scene_builds import view_of
 from tiny_packages import ES2, ES3, function, tiny_package
 
@@ -26,8 +27,8 @@ FAINT = function((0.0, (0.0, 0.0, 1.0), 0.0), (255.0, (1.0, 0.0, 0.0), 0.05))
 DENSE = function((0.0, (0.0, 0.0, 1.0), 0.0), (255.0, (1.0, 0.0, 0.0), 0.5))
 EVEN = function((0.0, (0.0, 0.0, 1.0), 0.3), (255.0, (1.0, 1.0, 0.0), 0.3))
 PROJECTIONS = ["orthographic", "perspective"]
-CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is None]
-DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.twin is not None]
+CONVERGENT = [name for name, technique in TECHNIQUES.items() if technique.order is None]
+DIVERGENT = [name for name, technique in TECHNIQUES.items() if technique.order is not None]
 
 
 def camera(view, projection="orthographic"):
@@ -68,11 +69,10 @@ def test_what_is_published_with_an_error_has_the_order_that_its_record_says(tmp_
 def test_what_is_published_with_an_error_draws_what_its_twin_draws(tmp_path, technique, projection, profile):
     box_from_clip = camera("anterior-left", projection)
     flat = function((0.0, (0.0, 0.0, 1.0), 0.03), (255.0, (1.0, 0.0, 0.0), 0.03))
-    twin = TECHNIQUES[technique].twin
     package = package_of(tmp_path / "p", technique, profile, flat)
     with Renderer(package, target="rgba32f") as renderer:
         picture = renderer.render(box_from_clip, HW, 0.7)
-    expected = twin(Medium(Volume(CODES, GRID), flat), box_from_clip, HW, 0.7)
+    expected = TWINS[technique](Medium(Volume(CODES, GRID), flat), box_from_clip, HW, 0.7)
     # Bytes and half floats of tables; what lies on the border of the volume, or between two positions of 8 bits, may
     # fall on either side.
     assert np.quantile(np.abs(picture - expected), 0.99) < 2e-3

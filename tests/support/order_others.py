@@ -228,7 +228,7 @@ def _stacks(view: str, layers: int = 1) -> Callable[[Path], Falling]:
 
 def _pictures() -> Iterator[Other]:
     """Pictures of other media, with every technique that converges to the picture of ray casting."""
-    others = [each for each in TECHNIQUES.values() if each.order is None and each.twin is None]
+    others = [each for each in TECHNIQUES.values() if each.order is None]
     for technique in others[1:]:
         drawn = Drawn(technique.name)
         yield Other(f"headlight, {technique.name}", "steps", 2.0, _lit("headlight", "texture3d", drawn=drawn))

@@ -6,7 +6,6 @@ As published: with an opacity for each step (mobile volume rendering thesis; Sch
 from typing import get_args
 
 from volprep.techniques.record import Technique
-from volprep.truth.published import published_steps
 from volprep_formats.package.program import ClassificationName, CompositingName, Sampling
 
 RAY_CASTING = Technique(
@@ -29,5 +28,4 @@ PUBLISHED_RAY_CASTING = Technique(
     order_limit="As published, each sample has the same opacity, whatever its distance from the next one: finer steps "
     "make all of the picture opaque.",
     step_voxels=1.0,
-    twin=published_steps,
 )

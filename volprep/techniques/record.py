@@ -1,20 +1,8 @@
 """The record of a technique: what plan, validation and tests ask of it."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
-from volprep.truth.volume import Medium
-from volprep_formats.arrays import Float64Array
 from volprep_formats.package.program import ClassificationName, CompositingName, Sampling, TechniqueName
-
-
-class Twin(Protocol):
-    """The picture that a technique should give with this step, in float64."""
-
-    def __call__(
-        self, medium: Medium, box_from_clip: Float64Array, shape_hw: tuple[int, int], step_mm: float
-    ) -> Float64Array:
-        """Draw one volume as [H, W, 4]."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +28,10 @@ class Technique:
     passes_before: int = 0
     """Passes that come before the picture, each of whose targets takes a texture unit."""
     order: float | None = None
-    """Order of convergence as steps get finer; if None, that of the compositing."""
+    """Order of convergence as steps get finer, 0 for techniques that converge to another picture than that of the
+    compositing, as they were published; if None, that of the compositing."""
     order_limit: str | None = None
     """Reason for the order, for people."""
     step_voxels: float | None = None
     """Distance of samples, in voxels, where the scene names none and no error can be measured, because the technique
     converges to another picture; None for the others."""
-    twin: Twin | None = None
-    """The picture of this step, where the technique does not converge to the oracle of the compositing."""

@@ -1,7 +1,6 @@
 """Layers across the view or an axis, blended (Noguera and Jiménez 2012, section 3.2), and slices as published there."""
 
 from volprep.techniques.record import Technique
-from volprep.truth.published import published_slices
 
 VIEW_SLICES = Technique(
     name="view-slices",
@@ -33,5 +32,4 @@ PUBLISHED_VIEW_SLICES = Technique(
     order_limit="As published, opacities are added, and linear in the distance of slices: finer slices converge, but "
     "not to the integral of emission and absorption.",
     step_voxels=1.0,
-    twin=published_slices,
 )

@@ -3,7 +3,6 @@
 from typing import get_args
 
 from volprep.techniques.record import Technique
-from volprep.truth.published import published_positions
 from volprep_formats.package.program import ClassificationName, CompositingName
 
 TWO_PASS = Technique(
@@ -27,5 +26,4 @@ PUBLISHED_TWO_PASS = Technique(
     order=0.0,
     order_limit="As published, rays end at positions of 8 bits, up to 1/510 of the box away from where they should: an "
     "error that no step makes smaller.",
-    twin=published_positions,
 )

@@ -114,7 +114,7 @@ def _obstacles(scene: Scene, profile: DeviceProfile) -> Iterator[tuple[str, bool
     yield f"profile {profile.name}, whose textures have no one or two bytes", not has_format, formats
     yield f"profile {profile.name}, which has no shaders", not profile.has_shaders, formats
     rays = 'set render.technique = "ray-casting"'
-    yield f"technique {render.technique}", TECHNIQUES[render.technique].twin is not None, rays
+    yield f"technique {render.technique}", TECHNIQUES[render.technique].order is not None, rays
     composited = f"set render.compositing to one of {', '.join(sorted(COMPOSITED))}"
     yield f"compositing {render.compositing}", render.compositing not in COMPOSITED, composited
     classified = 'set render.classification = "lookup"'
