@@ -107,6 +107,11 @@ function problemOf(point, before) {
  */
 export async function edited(pack, choice, edits, signal) {
   const { picture, program, textures, level } = choice;
+  const values = { ...choice.values, ...opacitiesOf(pack, picture, edits) };
+  /** The edit of a function whose points are other ones. @param {string} transfer */
+  const editOf = (transfer) => (edits.get(transfer)?.opacity === undefined ? edits.get(transfer) : undefined);
+  if (!textures.some(({ role, transfer = picture }) => role === "transfer" && editOf(transfer)))
+    return { ...choice, values };
   const texels = Object.assign(Object.create(null), choice.texels);
   /** Of each transfer function of the program: visibility of each entry. @type {[Channel, Float64Array][]} */
   const seen = [];
@@ -115,7 +120,7 @@ export async function edited(pack, choice, edits, signal) {
     const channel = pack.manifest.channels.find((channel) =>
       channel.transfer_functions.some(({ name }) => name === transfer),
     );
-    const edit = edits.get(transfer)?.opacity === undefined ? edits.get(transfer) : undefined;
+    const edit = editOf(transfer);
     if (!channel) throw new VolpkgError("VP5023", { path: pack.name });
     if (edit) texels[texture.name] = await tableTexels(pack, texture, channel, level.index, edit, signal);
     const bytes = texels[texture.name] ?? (await texelsOf(pack, texture, signal));
@@ -125,8 +130,6 @@ export async function edited(pack, choice, edits, signal) {
       visible(extinctions(texture, bytes), program.compositing, channel.quantization.window, isovalue),
     ]);
   }
-  const values = { ...choice.values, ...opacitiesOf(pack, picture, edits) };
-  if (!textures.some(({ role, transfer }) => role === "transfer" && edits.has(transfer ?? picture))) return choice;
   const lights = edits.get(picture)?.lights;
   for (const texture of textures) {
     if (texture.role === "skip") texels[texture.name] = await skipTexels(pack, texture, seen, signal);

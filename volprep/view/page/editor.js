@@ -2,6 +2,7 @@
 import { make, svg } from "./dom.js";
 import { Heights } from "./heights.js";
 import { histogram } from "./histogram.js";
+import { mediaOf } from "./media.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { css, linear } from "./srgb.js";
@@ -91,7 +92,7 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
     if (editable) {
       curve.buttons.append(undo);
       box.append(curve.fields, curve.buttons);
-    } else
+    } else if (!mediaOf(manifest, picture).length)
       box.append(
         make(
           "p",

@@ -13,6 +13,7 @@ import { frameControls } from "./frames.js";
 import { lightControls, lightLine } from "./light.js";
 import { linkControls } from "./link.js";
 import { lookControls } from "./look.js";
+import { mediaControls } from "./media.js";
 import { measureControls } from "./measure.js";
 import { pointControls } from "./points.js";
 import { lend } from "./lent_renderer.js";
@@ -68,13 +69,17 @@ async function showVolume(viewer, told) {
     () => changed(),
     (plane, share) => slices.put(plane, share),
   );
+  const media = mediaControls(stage, manifest, () => changed());
   const light = lightControls(stage, manifest, () => changed());
   const segments = segmentControls(stage, manifest, () => changed());
   const slices = sliceControls(viewer, manifest, cut.follow);
   let picture = stage.renderer.program;
   const changed = async () => {
     const { renderer } = stage;
-    if (picture !== renderer.program) editor.show();
+    if (picture !== renderer.program) {
+      editor.show();
+      media.show();
+    }
     picture = renderer.program;
     slices.show();
     // The report has the views of the first frame.
@@ -84,7 +89,7 @@ async function showVolume(viewer, told) {
         transfer: renderer.program,
         level: renderer.level,
         step: renderer.step,
-        edited: editor.isEdited(),
+        edited: editor.isEdited() || media.isFaded(),
         lit: light.isMoved(),
         segments: segments.isChanged(),
         cut: cut.isCut(),
@@ -100,12 +105,12 @@ async function showVolume(viewer, told) {
     changed();
   });
   stage.gl.canvas.addEventListener("webglcontextrestored", () => showProblem(null));
-  await linkControls(stage, [look, frameControls(stage), cut, segments]);
+  await linkControls(stage, [look, frameControls(stage), cut, segments, { state: media.state, show: media.restore }]);
   toggle("ruler", viewer, "measuring");
   pointControls(viewer);
   if (told.truth && report) {
     measureControls(byId("measure"), told, {
-      lend: (work) => undisturbed(stage, [editor, cut, light, segments], look, report.picture_size, work),
+      lend: (work) => undisturbed(stage, [editor, media, cut, light, segments], look, report.picture_size, work),
       tolerance: report.tolerance.rmse,
       measured: (record) => {
         viewer.measured = record;
