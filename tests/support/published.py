@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from volprep.truth.stacks import pixel_rays, ways_in_box
+from volprep.truth.stacks import pixel_rays
 from volprep.truth.volume import Medium
 from volprep_formats.arrays import Float64Array
 from volprep_formats.package.function_table import Table
@@ -101,6 +101,13 @@ def published_slices(
         picture[inside, :3] += (1.0 - picture[inside, 3:]) * colour * opacity[:, None]
         picture[inside, 3] = np.minimum(picture[inside, 3] + opacity, 1.0)
     return picture.reshape(*shape_hw, 4)
+
+
+def ways_in_box(near: Float64Array, along: Float64Array, extent: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return where rays enter the box [0, extent] and leave it, in parts of `along`; a ray that misses leaves first."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.stack([-near / along, (extent - near) / along])
+    return np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
 
 
 def medium_at(medium: Medium, at_mm: Float64Array) -> tuple[Float64Array, Float64Array]:

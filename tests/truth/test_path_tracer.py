@@ -11,7 +11,7 @@ from tiny_packages import function
 from traced_places import traced_places
 
 from volprep.kernels import _native
-from volprep.truth.path_traced import LitVolume, bernstein_interval, traced_picture
+from volprep.truth.path_traced import LitVolume, traced_picture
 from volprep.truth.phantoms import distance, sampled
 from volprep_formats.grid import Grid
 from volprep_formats.package.parts.light.model import LightModel, Sun
@@ -21,6 +21,16 @@ CHANCE = 1e-6
 """Chance of each interval to fail."""
 WIDE = 1e6
 """Spacing in millimetres that makes a slab of a box: light leaves it through two faces only."""
+
+
+def bernstein_interval(variance: np.ndarray, samples: int, largest: float, chance: float) -> np.ndarray:
+    """Return half the width of an interval around means of `samples` independent samples in 0 to `largest`.
+
+    `variance` is that of the means. The expected value lies outside with at most `chance` (empirical Bernstein bound,
+    Maurer and Pontil 2009, Theorem 4, for both sides).
+    """
+    depth = math.log(4.0 / chance)
+    return np.sqrt(2.0 * variance * depth) + 7.0 * largest * depth / (3.0 * (samples - 1))
 
 
 def slab(extinction_per_mm, model, depth=4, colour=WHITE):

@@ -35,26 +35,6 @@ class TracedPicture:
     """[height, width, 4]: variances of these means."""
     missed: float
     """Largest part of a pixel that is missing because paths were given up; 0 if none was."""
-    paths: int
-    """Samples of each pixel."""
-
-    def interval(self, largest: float, chance: float) -> Float64Array:
-        """Return half the width [height, width, 4] of an interval around each mean that holds the expected value.
-
-        Samples lie in 0 to `largest`. Each interval fails with at most `chance` (empirical Bernstein bound, Maurer and
-        Pontil 2009, Theorem 4, for both sides).
-        """
-        return bernstein_interval(self.variance, self.paths, largest, chance) + self.missed
-
-
-def bernstein_interval(variance: Float64Array, samples: int, largest: float, chance: float) -> Float64Array:
-    """Return half the width of an interval around means of `samples` independent samples in 0 to `largest`.
-
-    `variance` is that of the means. The expected value lies outside with at most `chance`.
-    """
-    depth = math.log(4.0 / chance)
-    width: Float64Array = np.sqrt(2.0 * variance * depth) + 7.0 * largest * depth / (3.0 * (samples - 1))
-    return width
 
 
 class NativeLight(TypedDict):
@@ -145,7 +125,7 @@ def traced_picture(
     missed = _native.trace_picture(
         **lit.native(), box_from_clip=matrix, paths=paths, seed=seed, rgba=rgba, variance=variance
     )
-    return TracedPicture(rgba, variance, missed, paths)
+    return TracedPicture(rgba, variance, missed)
 
 
 def squares_beyond_noise(picture: Float64Array, truth: TracedPicture) -> Float64Array:

@@ -88,13 +88,6 @@ def pixel_rays(box_from_clip: Float64Array, shape_hw: tuple[int, int]) -> tuple[
     return ends[0], along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-def ways_in_box(near: Float64Array, along: Float64Array, extent: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return where rays enter the box [0, extent] and leave it, in parts of `along`; a ray that misses leaves first."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.stack([-near / along, (extent - near) / along])
-    return np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
-
-
 def _bilinear(texels: Float64Array, i: Float64Array, j: Float64Array) -> Float64Array:
     """Filter [row, column, RGBA] at positions in texels, 0 at the first centre; edges are repeated."""
     rows, columns = texels.shape[:2]

@@ -30,8 +30,6 @@ class ChosenBricks:
     """Largest root mean square error against the picture of all bricks, over seen pixels."""
     bricks: int
     """Number of bricks."""
-    fetched_bytes: int
-    """Bytes of them in the package."""
 
 
 def choose(
@@ -48,8 +46,7 @@ def choose(
             (low, middle) if view.bound(bricks, held_of(bricks, wanted[:middle])) <= target else (middle + 1, high)
         )
     held = held_of(bricks, wanted[:low])
-    fetched = sum(int(record["size_bytes"][there].sum()) for record, there in zip(bricks.records, held, strict=True))
-    return ChosenBricks(held, view.bound(bricks, held), floor + low, fetched)
+    return ChosenBricks(held, view.bound(bricks, held), floor + low)
 
 
 def held_of(bricks: BrickFile, chosen: list[Place]) -> Held:
