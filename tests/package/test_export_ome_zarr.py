@@ -11,6 +11,7 @@ import zarr
 from channel_scene import write_channel_scene
 from command_line import ended, volprep
 from every_kind import write_segments
+from format_samples import SAMPLES
 from npm_package import npm_package
 from scene_builds import built
 from tiny_packages import ES2, ES3, function, lossless, tiny_package
@@ -331,3 +332,15 @@ def test_the_models_of_the_format_accept_channels_and_labels(tissues, segmented)
     for _, store in (tissues, segmented):
         image.Image.from_zarr(zarr.open_group(store, mode="r"))
     label.ImageLabel.from_zarr(zarr.open_group(segmented[1] / "labels" / "segments", mode="r"))
+
+
+@pytest.mark.parametrize(("name", "more"), [("store.ome.zarr", ()), ("voxels.glb", ("--volume",))])
+def test_channels_on_several_grids_are_written_one_by_one(tmp_path, name, more) -> None:
+    package = str(SAMPLES["two-grids"].package)
+    refused = volprep("export", package, tmp_path / name, *more)
+    assert refused.returncode != 0
+    assert "VP1248" in refused.stderr
+    assert list(tmp_path.iterdir()) == []
+    told = volprep("export", package, tmp_path / name, *more, "--channel", "activity")
+    assert told.returncode == 0
+    assert "7×9×5" in told.stdout or "5×9×7" in told.stdout

@@ -189,6 +189,8 @@ VP1246 SCENE {path}: channel {name} has a grid of its own, which does not go wit
 VP1247 SOURCE {path}: this registration cannot be used: {reason}
     A registration is an affine map of ITK (.tfm, .txt, .h5, or .mat of ANTs), a matrix of FLIRT between two NIfTI
     files, or a DICOM Spatial Registration of both scans. Or write its matrix into the scene as transform.
+VP1248 PACKAGE {path}: the channels {names} lie on several grids, and one file of several channels has one
+    Write one channel: --channel NAME.
 VP1250 PACKAGE {path}: the package holds no level {level}, only: {found}
     Choose one of these. volprep inspect shows them.
 VP1251 OUTPUT {path}: a file of this name exists

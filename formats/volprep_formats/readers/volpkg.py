@@ -74,11 +74,13 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
 def open_levels(path: Path, level: int | None = None, channel: str | int | None = None) -> "OpenLevels":
     """Prepare to open all levels that all channels have, finest first, or only `level`; or all of one channel.
 
-    Raises what `open_level` raises. A draft has level 0 alone, the scan as it was imported: its other levels are codes,
+    Raises what `open_level` raises, and VP1248 for several channels on several grids. A draft has level 0 alone, the scan as it was imported: its other levels are codes,
     not values of the same type.
     """
     names = channel_names(SourceSpec(path=path_text(path)), path) if channel is None else [channel]
     channels = [_channel(path, name) for name in names]
+    if len({package.manifest.grid for package, _ in channels}) > 1:
+        raise VolprepError("VP1248", path=path, names=", ".join(map(str, names)))
     grids = [_level_grids(package, work) for package, work in channels]
     common = sorted(number for number in grids[0] if all(grid.get(number) == grids[0][number] for grid in grids))
     left_out = sorted({number for grid in grids for number in grid} - {*common})
