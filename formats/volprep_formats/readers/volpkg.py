@@ -74,8 +74,8 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
 def open_levels(path: Path, level: int | None = None, channel: str | int | None = None) -> "OpenLevels":
     """Prepare to open all levels that all channels have, finest first, or only `level`; or all of one channel.
 
-    Raises what `open_level` raises, and VP1248 for several channels on several grids. A draft has level 0 alone, the scan as it was imported: its other levels are codes,
-    not values of the same type.
+    Raises what `open_level` raises, and VP1248 for several channels on several grids. A draft has level 0 alone, the
+    scan as it was imported: its other levels are codes, not values of the same type.
     """
     names = channel_names(SourceSpec(path=path_text(path)), path) if channel is None else [channel]
     channels = [_channel(path, name) for name in names]
