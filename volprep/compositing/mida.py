@@ -2,12 +2,7 @@
 
 A sample whose intensity exceeds the greatest one so far hides part of the samples in front of it: bright structures
 stay visible without a special transfer function.
-
-Rays go by steps, not from cell to cell as rays of a maximum. Pieces of cells with the exact running maximum of
-the cubic had, on a ball of noise and on thin vessels with steep functions, no less error in the same time: 0.0026 to
-0.0034 with four pieces for each cell and twice to three times the time of steps of half a voxel, 0.0026 to 0.0028 with
-steps of a quarter of a voxel, in twice that time. Samples miss absorption as well as maxima. Hiding by exp(-d)
-instead of 1 - d, and half of it before and half behind a sample, changed nothing or was worse.
+Rays go by steps: going from cell to cell, as for a maximum, was no better (docs/MEASURED.md).
 """
 
 import numpy as np

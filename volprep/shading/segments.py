@@ -8,24 +8,7 @@ With a maximum or a first hit a ray shows one value. The program then reads the 
 
 Mesa's software driver runs both sides of every branch. Read for each sample, labels make it take 3.2 times as long as
 one of the scan alone: eight labels with their weights alone make 1.96, eight looks, two styles and sums the rest. Read
-once for two samples, 2.3. Other attempts, in times of the scan alone, with labels for each sample and lookup tables (a
-cube of 96³ voxels, 192² to 768² pixels; tests/benchmarks/bench_segments.py):
-
-- Loops over corners with one turn where a cell has one label: 4.3 to 5.2. Runs of such cells in a loop of their own:
-  6.8 to 8.1. The driver tests the mask of a loop after each turn, so that a loop of no turns costs one.
-- Four samples at once, then a loop over samples with several labels: 2.25 where no cell has several, but 3.59 where
-  36 % of the cells have, since one of eight pixels nearly always is at a border.
-- One table of values and labels in place of styles and looks: 2.8 with nearest entries, 5.5 with linear ones.
-- The least and the greatest label of a cell, and a loop over others: 3.47. Integer coordinates (texelFetch): 4.1.
-  Constant offsets of fetches: 3.3. Without the flag in the labels: 2.85.
-- The sums of a style as the total less the others, and no early ends: 2.96, but all other drivers would then read
-  eight labels for every sample.
-- Lit borders that read only the 19 voxels beside the eight of the cell take as long as with all 27: weights take as
-  long as labels. Rows of three voxels take 2.66 in place of 3.04.
-- More memory: a texel of four bytes for each cell with two labels and a bit for each corner takes 2.08, and lacks cells
-  of three and more labels, 7 % there; eight labels in two texels 2.6.
-- Loops of their own for blocks of one look, without labels: too few blocks have one. Of the voxels of the regions 9 %
-  lie in blocks of 4³ cells with one label, of the organs 66 %, of the head 16 %.
+once for two samples, 2.3. Other attempts are in docs/MEASURED.md.
 """
 
 from collections.abc import Iterator, Sequence
