@@ -9,7 +9,7 @@ SCREENS = {
     "desk": {"width": 1280, "height": 900, "deviceScaleFactor": 1, "mobile": False},
 }
 OPEN_ALL = """
-for (const each of document.querySelectorAll("details")) each.open = true;
+for (const card of document.querySelectorAll("details")) Object.assign(card, { name: "", open: true });
 document.getElementById("picture").setAttribute("fidelity", "");
 document.getElementById("ruler").click();
 const drawn = () => document.querySelector(".slice canvas")?.width > 1;

@@ -38,6 +38,19 @@ def _move(browser, x: float, y: float, **more: object) -> None:
     browser.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="none", buttons=0, **more)
 
 
+_OPEN = """
+const cards = ["segments", "look", "slices"].map((id) => document.getElementById(id));
+const open = () => cards.filter((card) => card.open).map((card) => card.id);
+const first = open();
+cards[2].open = true;
+for (let turn = 0; turn < 400 && !document.querySelector(".four"); turn++)
+  await new Promise((resolve) => setTimeout(resolve, 25));
+await new Promise((resolve) => setTimeout(resolve, 100));
+const { top } = document.getElementById("frame").getBoundingClientRect();
+return { first, then: open(), screens: document.documentElement.scrollHeight / innerHeight, top };
+"""
+
+
 @pytest.fixture
 def page(browser, package):
     with served(Path(package.path)) as server:
@@ -128,3 +141,11 @@ return ["7", "spleen"].map((text) => {
 
 def test_a_search_that_finds_no_segment_says_so(page) -> None:
     assert page.run(_SEARCHED) == [["organ-7"], ["No segment has this in its name."]]
+
+
+def test_a_phone_shows_one_card_at_a_time_on_three_screens(page) -> None:
+    found = page.run("scrollTo(0, document.body.scrollHeight);" + _OPEN)
+    assert found["first"] == ["segments"]
+    assert found["then"] == ["slices"]
+    assert found["screens"] < 3
+    assert 0 <= found["top"] < 100

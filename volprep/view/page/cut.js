@@ -1,5 +1,6 @@
 /** Cutting: a box along the axes of the volume, and a plane that faces the viewer. */
 import { byId, make } from "./dom.js";
+import { latest } from "./latest.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 
@@ -31,31 +32,15 @@ export function cutControls(stage, manifest, changed, put) {
           planes: plane ? [coefficients(plane, extent)] : [],
         }
       : null;
-  let waiting = false;
-  let again = false;
-  const apply = async () => {
+  const cut = latest(() => stage.renderer.setClip(clip()).catch(showProblem), changed);
+  const apply = () => {
     byId("cut-reset").disabled = !isCut();
-    again = true;
-    if (waiting) return;
-    waiting = true;
-    while (again) {
-      again = false;
-      await stage.renderer.setClip(clip()).catch(showProblem);
-    }
-    waiting = false;
-    changed();
+    return cut();
   };
   const sliders = axisNames(manifest.grid).map((name, axis) => axisField(name, axis, box, extent, apply));
   byId("cut-box").replaceChildren(...sliders.map((slider) => slider.element));
 
-  const depth = make("input", {
-    type: "range",
-    min: 0,
-    max: STEPS,
-    value: STEPS / 2,
-    disabled: true,
-    "aria-label": "Depth of the plane",
-  });
+  const depth = make("input", { type: "range", max: STEPS, value: STEPS / 2, disabled: true });
   const facing = make("button", { type: "button" }, "Cut towards you, from here");
   /** Cuts by a plane, or by none. @param {Plane | null} wanted */
   const cutBy = (wanted) => {

@@ -32,6 +32,15 @@ export function svg(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** @param {string} id @param {number} min @param {number} max @param {number} value @param {number} step */
+export function slider(id, min, max, value, step) {
+  return { input: make("input", { type: "range", id, min, max, step, value }), output: make("output", { for: id }) };
+}
+
+/** @param {string} text @param {any} input @param {any} [output] */
+export const field = (text, input, output = "") =>
+  make("div", { className: "field" }, make("label", { for: input.id }, text), output, input);
+
 /**
  * A table in a box that scrolls sideways.
  * @param {string} caption

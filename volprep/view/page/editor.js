@@ -2,6 +2,7 @@
 import { make, svg } from "./dom.js";
 import { Heights } from "./heights.js";
 import { histogram } from "./histogram.js";
+import { latest } from "./latest.js";
 import { mediaOf } from "./media.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
@@ -30,23 +31,11 @@ export function functionEditor(stage, manifest, place, opaqueMm, changed) {
   /** Points as they were changed, by the name of the function. @type {Map<string, Point[]>} */
   const edits = new Map();
   const editable = Boolean(manifest.editing);
-  let waiting = false;
-  let again = false;
-  /** Applies the last change; those in between are not drawn. @param {string} name */
-  const apply = async (name) => {
-    again = true;
-    if (waiting) return;
-    waiting = true;
-    while (again) {
-      again = false;
-      const points = edits.get(name);
-      await stage.renderer
-        .setTransfer(points ? { points, reference_mm: of(manifest, name).reference_mm } : null, name)
-        .catch(showProblem);
-    }
-    waiting = false;
-    changed();
-  };
+  const apply = latest(async (/** @type {string} */ name) => {
+    const points = edits.get(name);
+    const transfer = points ? { points, reference_mm: of(manifest, name).reference_mm } : null;
+    await stage.renderer.setTransfer(transfer, name).catch(showProblem);
+  }, changed);
   const show = () => {
     const picture = stage.renderer.program;
     const { media } = manifest.pictures.find((/** @type {any} */ each) => each.name === picture);

@@ -52,7 +52,7 @@ export function frameControls({ renderer }) {
     play.textContent = begun ? "Pause" : "Play";
     step();
   });
-  byId("time-body").replaceChildren(make("div", { className: "buttons" }, play, speed, slider), told);
+  byId("time-body").replaceChildren(make("div", { className: "row" }, play, speed, slider), told);
   byId("time").hidden = false;
   show();
   return {

@@ -73,6 +73,9 @@ async function showVolume(viewer, told) {
   const light = lightControls(stage, manifest, () => changed());
   const segments = segmentControls(stage, manifest, () => changed());
   const slices = sliceControls(viewer, manifest, cut.follow);
+  // On a phone one of these is open at a time, so that the page stays short.
+  if (matchMedia("(max-width: 899px)").matches)
+    for (const id of ["segments", "look", "slices"]) if (!byId(id).hidden) byId(id).name = "card";
   let picture = stage.renderer.program;
   const changed = async () => {
     const { renderer } = stage;

@@ -77,7 +77,7 @@ export function segmentControls(stage, manifest, changed) {
     button.addEventListener("click", () => choose(() => is));
     return button;
   });
-  const parts = [make("div", { className: "buttons" }, all, none), make("ul", { className: "segments" }, ...rows)];
+  const parts = [make("div", { className: "row" }, all, none), make("ul", { className: "segments" }, ...rows)];
   byId("segments-body").replaceChildren(...(segments.length > MANY ? [search, ...parts, noneFound] : parts));
   byId("segments").hidden = false;
   hoverNames(stage, byId("frame"), new Map(segments.map((segment) => [segment.name, titleOf(segment)])));
