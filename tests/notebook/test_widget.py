@@ -3,6 +3,7 @@
 import base64
 import io
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from widget_page import START, module_served, open_widget
 
 import volprep
 from volprep.library.notebook.widget import VolumeWidget, captioned
+from volprep_formats.package.reader import Package
 
+SAMPLES = Path(__file__).parents[2] / "formats" / "samples"
 PARALLEL = {"forward": [0, 0, 1], "up": [0, 0, 2]}
 
 
@@ -120,6 +123,45 @@ def test_the_widget_draws_what_the_element_draws_and_leaves_nothing(notebook, se
     assert len(drawn) == len(element) == 4 * 300 * 225
     assert max(drawn) > 0.2
     np.testing.assert_allclose(drawn, element, atol=1e-6)
+
+
+def test_a_cell_has_slices_with_one_crosshair_and_a_box_for_each_segment(browser, tmp_path) -> None:
+    widget = volprep.show(SAMPLES / "segments.volpkg.zip")
+    widget.width = 120
+    script = (
+        START
+        + """
+    document.head.append(Object.assign(document.createElement("style"), { textContent: given[0] }));
+    const whole = pixels(viewer());
+    const boxes = [...document.querySelectorAll(".volprep-segments input")];
+    boxes[0].click();
+    await wait(() => apart(whole, pixels(viewer())) > 0.05);
+    const hidden = model.get("segments");
+    model.tell("segments", {});
+    await wait(() => boxes[0].checked && apart(whole, pixels(viewer())) < 0.01);
+    model.tell("slices", true);
+    const told = () => [...document.querySelectorAll(".slice canvas")].map((each) => each.getAttribute("aria-label"));
+    await wait(() => told().length === 3 && told().every(Boolean));
+    const before = told();
+    document.querySelector(".slice").dispatchEvent(new WheelEvent("wheel", { deltaY: 100, cancelable: true }));
+    await wait(() => told()[0] !== before[0]);
+    const others = [before, told()].map((each) => each.slice(1).join());
+    model.tell("slices", false);
+    const left = document.querySelectorAll(".slice").length;
+    model.tell("segments", { nobody: { visible: false } });
+    await wait(() => model.get("error"));
+    return { hidden, names: boxes.map((each) => each.name), others, left, error: model.get("error") };
+    """
+    )
+    with module_served(widget, tmp_path) as serving:
+        open_widget(browser, widget, serving)
+        found = browser.run(script, widget._css)
+    names = [segment.name for segment in Package.open(SAMPLES / "segments.volpkg.zip").manifest.segments.segments]
+    assert found["names"] == names
+    assert found["hidden"] == {names[0]: {"visible": False}}
+    assert found["others"][0] == found["others"][1]
+    assert found["left"] == 0
+    assert "nobody" in found["error"]
 
 
 def test_programs_that_run_nothing_show_a_picture_with_words(widget) -> None:

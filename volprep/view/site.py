@@ -146,6 +146,11 @@ def read_served(served: ServedFile) -> bytes:
         return contents.read()
 
 
+def page_style() -> str:
+    """Return the style sheet of the page."""
+    return (_PAGE_FOLDER / "style.css").read_text(encoding="utf-8")
+
+
 def page_modules() -> dict[str, str]:
     """Return the text of each module of the page, as it was written."""
     return {path.name: path.read_text(encoding="utf-8") for path in sorted(_PAGE_FOLDER.glob("*.js"))}

@@ -1,4 +1,6 @@
 /** The browser's side of the notebook widget: keeps a `<volume-viewer>` and the traits of a model equal. */
+import { make } from "./page/dom.js";
+import { linkedSlices } from "./page/slice_view.js";
 import "./runtime/element.js";
 
 const REST_MS = 150;
@@ -23,7 +25,19 @@ function render({ model, el }) {
     else viewer.removeAttribute(name);
   };
   const fail = (error) => put("error", String(error?.message ?? error));
+  const slices = make("div", { className: "volprep-slices" });
+  const segments = make("details", { className: "volprep-segments" });
   const follow = {
+    slices: () => slices.replaceChildren(...(viewer.renderer && model.get("slices") ? slicesOf(viewer, fail) : [])),
+    segments: () => {
+      const { renderer } = viewer;
+      if (!renderer) return;
+      const looks = model.get("segments");
+      const names = new Set([...renderer.segments.map(({ name }) => name), ...Object.keys(looks)]);
+      renderer.setSegments([...names].map((name) => [name, looks[name] ?? null])).then(() => put("error", ""), fail);
+      for (const box of segments.querySelectorAll("input"))
+        box.checked = looks[box.name]?.visible ?? box.defaultChecked;
+    },
     view: () => {
       const view = model.get("view");
       // "" means that the volume was turned by hand; the camera has the direction.
@@ -80,6 +94,9 @@ function render({ model, el }) {
     stage.onchange();
     put("error", "");
     if (model.get("points")) follow.points();
+    segments.replaceChildren(...segmentBoxes(viewer.package.manifest));
+    if (segments.firstChild) follow.segments();
+    follow.slices();
     if (model.get("view")) put("camera", cameraOf(stage));
     else follow.camera();
   });
@@ -102,7 +119,12 @@ function render({ model, el }) {
   observer.observe(viewer, { attributes: true, attributeFilter: ["clip", ...FLAGS] });
   for (const [name, act] of Object.entries(follow)) model.on(`change:${name}`, act);
   model.on("msg:custom", given);
-  el.append(viewer);
+  segments.addEventListener("change", ({ target: { name, checked } }) => {
+    const looks = model.get("segments");
+    put("segments", { ...looks, [name]: { ...looks[name], visible: checked } });
+    follow.segments();
+  });
+  el.append(viewer, slices, segments);
   follow.kept();
   return () => {
     end.abort();
@@ -110,9 +132,34 @@ function render({ model, el }) {
     observer.disconnect();
     for (const [name, act] of Object.entries(follow)) model.off(`change:${name}`, act);
     model.off("msg:custom", given);
-    viewer.remove();
+    for (const part of [viewer, slices, segments]) part.remove();
     if (poster) URL.revokeObjectURL(poster);
   };
+}
+
+/** Boxes of three slices with one crosshair. */
+function slicesOf({ renderer, package: { manifest } }, failed) {
+  const [low, high] = manifest.channels[0].quantization.window;
+  const step = (high - low) / 200;
+  const values = { level: (low + high) / 2, width: high - low };
+  const drag = (across, down) => {
+    values.width = Math.max(values.width + across * step, step);
+    values.level += down * step;
+    for (const view of views) view.paint();
+  };
+  const { views, read } = linkedSlices(renderer, { now: () => values, drag }, { failed });
+  renderer.addEventListener("change", () => views[0].box.isConnected && read());
+  read();
+  return views.map(({ box }) => box);
+}
+
+/** A list with a box for each segment, which shows and hides it. */
+function segmentBoxes({ segments }) {
+  if (!segments) return [];
+  const labels = segments.segments.map(({ name, title, visible = true }) =>
+    make("label", {}, make("input", { type: "checkbox", name, defaultChecked: visible }), title ?? name),
+  );
+  return [make("summary", {}, "Segments"), ...labels];
 }
 
 function cameraOf({ orbit }) {

@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from volprep.truth.camera import STANDARD_VIEWS
 from volprep.view.bundle import bundle
+from volprep.view.site import PAGE, page_modules, page_style
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.grid import Vector
 from volprep_formats.installation import how_to_add
@@ -62,14 +63,27 @@ def captioned(picture: bytes, words: str) -> bytes | None:
 
 
 _ENTRY = "widget.js"
+_CSS = """.volprep-slices { display: flex; gap: 2px; }
+.volprep-slices .slice { display: block; flex: 1; height: 240px; }
+.volprep-segments { max-height: 240px; overflow-y: auto; }
+.volprep-segments label { display: block; }
+"""
 
 
 @cache
 def widget_module() -> str:
     """Return the text of the module: the custom element with all that it imports, and `render` as default export."""
     modules = {f"runtime/{name}": text for name, text in runtime_modules().items()}
+    modules |= {f"{PAGE}/{name}": text for name, text in page_modules().items()}
     modules[_ENTRY] = Path(__file__).with_name(_ENTRY).read_text(encoding="utf-8")
     return stripped(bundle(modules, _ENTRY, default="widget"))
+
+
+@cache
+def widget_style() -> str:
+    """Return the rules of the page for slices, and those of their row and of the list of segments."""
+    rules = re.findall(r"^\.slice[^{]*\{[^}]*\}\n", page_style(), re.MULTILINE)
+    return "".join([*rules, _CSS])
 
 
 try:
@@ -100,11 +114,12 @@ class Sight(Record):
 class VolumeWidget(anywidget.AnyWidget):
     """A package in a notebook. `volprep.show` makes one.
 
-    Traits that both sides change: `view`, `camera`, `function`, `clip`, and the flags of the tools. Assign to a trait
-    to change the picture; use `observe` to follow what people do with it.
+    Traits that both sides change: `view`, `camera`, `function`, `segments`, `clip`, and the flags of the tools. Assign
+    to a trait to change the picture; use `observe` to follow what people do with it.
     """
 
     _esm = widget_module()
+    _css = widget_style()
 
     package = traitlets.Bytes()
     """The package in its single-file form. The browser asks Python for it: the notebook holds no copy of the scan."""
@@ -119,6 +134,10 @@ class VolumeWidget(anywidget.AnyWidget):
     picture; assign to it to turn the volume, and `view` becomes ""."""
     function = traitlets.Unicode("").tag(sync=True)
     """Name of the picture that is drawn, one of `functions`; "" for the first."""
+    segments = traitlets.Dict({}).tag(sync=True)
+    """Looks that differ from the package's, by the name of a segment: `visible`, `tint` (linear RGB) and `opacity`."""
+    slices = traitlets.Bool(False).tag(sync=True)
+    """Whether axial, coronal and sagittal slices with one crosshair are shown below the volume."""
     clip = traitlets.List(traitlets.Float(min=0.0, max=1.0), None, allow_none=True, minlen=6, maxlen=6).tag(sync=True)
     """Part of the box that is drawn, its low and its high corner (x, y, z) from 0 to 1; None for all of it."""
     points = traitlets.List(traitlets.Dict(), None, allow_none=True).tag(sync=True)

@@ -1,9 +1,11 @@
 /** One of the linked slices: its picture with crosshair and outlines, and a slider for its place. */
-import { PLANES, grey, outline } from "../runtime/slices.js";
+import { PLANES, PLANE_NAMES, grey, outline } from "../runtime/slices.js";
 import { field, make, slider } from "./dom.js";
+import { latest } from "./latest.js";
 import { number } from "./numbers.js";
 
 const STEPS = 200;
+export const MOST_ZOOM = 8;
 /** Pixels along the longer side of a slice, and of one that is zoomed. */
 const [SIZE, ZOOMED_SIZE] = [256, 512];
 /** A pointer that has moved further than this changes the window, or has turned the volume. */
@@ -23,7 +25,35 @@ const LETTERS = { axial: "RLAP", coronal: "RLHF", sagittal: "APHF" };
  * @property {(zoom: number, plane: string, at: number[]) => void} zoomAll
  */
 
-export class SliceView {
+/**
+ * Slices of the three planes with one crosshair and one zoom.
+ * @param {Shared["renderer"]} renderer @param {Shared["window"]} window
+ * @param {{shown?: (isThere: boolean) => void, zoomed?: (zoom: number) => void, failed: (error: unknown) => void}} told
+ */
+export function linkedSlices(renderer, window, { shown, zoomed, failed }) {
+  /** @type {number[] | null} */
+  let cross = null;
+  const go = (/** @type {number[]} */ place) => {
+    cross = place;
+    read();
+  };
+  const zoomAll = (/** @type {number} */ wanted, plane = "", /** @type {number[]} */ at = []) => {
+    const zoom = within(wanted, 1, MOST_ZOOM);
+    for (const view of views) view.zoomTo(zoom, view.plane === plane ? at : null);
+    zoomed?.(zoom);
+    read();
+  };
+  const views = PLANE_NAMES.map((plane) => new SliceView(plane, { renderer, window, cross: () => cross, go, zoomAll }));
+  const read = latest(async () => {
+    let isThere = true;
+    for (const view of views) isThere = Boolean(await view.read().catch(failed)) && isThere;
+    shown?.(isThere);
+    for (const view of views) view.paint();
+  });
+  return { views, go, read, zoomAll };
+}
+
+class SliceView {
   plane;
   box;
   field;

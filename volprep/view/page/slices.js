@@ -3,14 +3,11 @@
  * Grey over a window of values, which a drag changes, with the outlines of segments; the wheel goes through the slices,
  * and zooms with Ctrl.
  */
-import { PLANE_NAMES } from "../runtime/slices.js";
 import { byId, field, make, slider } from "./dom.js";
-import { latest } from "./latest.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
-import { SliceView, onClick } from "./slice_view.js";
+import { MOST_ZOOM, linkedSlices, onClick } from "./slice_view.js";
 
-const MOST_ZOOM = 8;
 /** Steps of a window over all values. */
 const STEPS = 200;
 /** Windows that radiologists use for Hounsfield units, as level and width. @type {Record<string, number[]>} */
@@ -25,31 +22,25 @@ const CT_WINDOWS = { "soft tissue": [40, 400], lung: [-600, 1500], bone: [400, 1
 export function sliceControls(viewer, manifest, moved) {
   const [card, frame] = [byId("slices"), byId("frame")];
   const window = windowControls(manifest, () => views.forEach((view) => view.paint()));
-  /** Where the crosshair is, in the patient's space. @type {number[] | null} */
-  let cross = null;
-  const go = (/** @type {number[]} */ place) => {
-    cross = place;
-    show();
-  };
-  const zoomAll = (/** @type {number} */ zoom, plane = "", /** @type {number[]} */ at = []) => {
-    for (const view of views) view.zoomTo(zoom, view.plane === plane ? at : null);
-    show();
-  };
-  const zoom = zoomControl(zoomAll);
-  const shared = { renderer: viewer.stage.renderer, window, cross: () => cross, go, zoomAll: zoom.to };
-  const views = PLANE_NAMES.map((plane) => new SliceView(plane, shared));
   const note = make("p", { className: "hint", role: "status" });
-  byId("slices-body").replaceChildren(...views.map((view) => view.field), zoom.field, ...window.fields, note);
-  const read = latest(async () => {
-    let isThere = true;
-    for (const view of views) isThere = Boolean(await view.read().catch(showProblem)) && isThere;
+  const shown = (/** @type {boolean} */ isThere) => {
     note.textContent = isThere ? "" : "The shaders of this picture read no values of the scan: there are no slices.";
     const isNew = !frame.classList.contains("four");
     if (frame.classList.toggle("four", isThere && card.open) && isNew)
       frame.scrollIntoView({ block: frame.clientHeight > innerHeight ? "start" : "nearest" });
-    for (const view of views) view.paint();
     if (isThere) for (const view of views) moved(view.plane, view.share());
-  });
+  };
+  const zoom = slider("slice-zoom", 1, MOST_ZOOM, 1, 0.1);
+  const zoomed = (/** @type {number} */ value) => {
+    zoom.input.value = String(value);
+    zoom.output.value = `${number(value, 2)}×`;
+  };
+  const told = { shown, zoomed, failed: showProblem };
+  const { views, go, read, zoomAll } = linkedSlices(viewer.stage.renderer, window, told);
+  zoomed(1);
+  zoom.input.addEventListener("input", () => zoomAll(Number(zoom.input.value)));
+  const zoomField = field("Zoom", zoom.input, zoom.output);
+  byId("slices-body").replaceChildren(...views.map((view) => view.field), zoomField, ...window.fields, note);
   const show = () => card.open && read();
   card.addEventListener("toggle", () => {
     if (card.open) frame.append(...views.map((view) => view.box));
@@ -80,23 +71,6 @@ function placeOf({ clientX, clientY }, stage) {
   stage.still();
   stage.draw();
   return stage.renderer.pick(((clientX - left) / width) * canvas.width, ((clientY - top) / height) * canvas.height);
-}
-
-/**
- * The zoom of all slices, around a place in the box of one, or else around the crosshair.
- * @param {(zoom: number, plane?: string, at?: number[]) => void} changed
- */
-function zoomControl(changed) {
-  const { input, output } = slider("slice-zoom", 1, MOST_ZOOM, 1, 0.1);
-  output.value = "1×";
-  const to = (/** @type {number} */ wanted, plane = "", /** @type {number[]} */ at = []) => {
-    const zoom = Math.min(MOST_ZOOM, Math.max(1, wanted));
-    input.value = String(zoom);
-    output.value = `${number(zoom, 2)}×`;
-    changed(zoom, plane, at);
-  };
-  input.addEventListener("input", () => to(Number(input.value)));
-  return { to, field: field("Zoom", input, output) };
 }
 
 /** Controls of the window of values. @param {any} manifest @param {() => void} changed */
