@@ -110,6 +110,25 @@ def test_the_time_of_a_draw_is_the_slope_whatever_a_wait_costs() -> None:
     assert time["draws"] > 10
 
 
+def test_of_calls_while_one_runs_only_the_last_follows() -> None:
+    found = node("""
+        const { latest } = await import("PAGE/latest.js");
+        const [begun, ends] = [[], []];
+        let rested = 0;
+        const task = (call) => { begun.push(call); return new Promise((end) => ends.push(end)); };
+        const run = latest(task, () => (rested += 1));
+        const first = run(1);
+        run(2);
+        run(3);
+        ends[0]();
+        await Promise.resolve().then(() => {});
+        ends[1]();
+        await first;
+        console.log(JSON.stringify([begun, rested]));
+    """)
+    assert json.loads(found) == [[1, 3], 1]
+
+
 def test_a_draw_that_takes_longer_than_its_time_is_not_timed() -> None:
     found = node("""
         let now = 0;
