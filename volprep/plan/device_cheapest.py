@@ -113,7 +113,7 @@ class _Candidate:
 
     @property
     def draw(self) -> CheapestDraw:
-        level = next(level for level in self.program.levels if level.level == self.point.level)
+        level = {level.level: level for level in self.program.levels}[self.point.level]
         return CheapestDraw(
             transfer=self.program.transfer,
             level=level.level,
