@@ -25,7 +25,7 @@ class ExtraUse:
 
 
 EXTRAS: dict[Extra, ExtraUse] = {
-    "validate": ExtraUse("comparing pictures and writing reports", ("scipy", "skimage", "flip_evaluator", "jinja2")),
+    "validate": ExtraUse("comparing pictures and writing reports", ("scipy", "flip_evaluator", "jinja2")),
     "batch": ExtraUse("volprep batch", ("dask", "distributed", "fsspec", "psutil", "jinja2")),
     "zarr": ExtraUse("OME-Zarr", ("zarr",)),
     "seg": ExtraUse("DICOM segmentations", ("highdicom",)),

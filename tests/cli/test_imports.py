@@ -32,7 +32,7 @@ KERNELS = NUMBERS | {"volprep.kernels._native"}
 TABLES = KERNELS | {"rich"}
 DRAWING = TABLES | {"OpenGL", "volprep.render"}
 CHECKING = NUMBERS | {"volprep.validation"}
-REPORTS = {"scipy", "skimage", "jinja2", "PIL", "OpenImageIO", "volprep.report", "volprep.validation"}
+REPORTS = {"scipy", "jinja2", "OpenImageIO", "volprep.report", "volprep.validation"}
 _DRAFT, _PACKAGE = "draft.volpkg", "phantom.volpkg"
 
 IN_ONE_PROCESS: list[tuple[list[str], set[str]]] = [

@@ -158,4 +158,4 @@ def test_what_lies_far_from_the_foreground_does_not_change_ssim(place) -> None:
         full=True,
     )
     seen = (one[..., 3] > 0) | (other[..., 3] > 0)
-    assert picture_error(one, other).ssim_white == float(whole[seen].mean())
+    assert picture_error(one, other).ssim_white == pytest.approx(float(whole[seen].mean()), abs=1e-12)

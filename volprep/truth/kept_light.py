@@ -220,18 +220,18 @@ def things_of(
     high: Float32Array, matter: NDArray[np.bool_], width: float, signal: Signal
 ) -> tuple[NDArray[np.intp], Float32Array] | None:
     """Return a label per pixel of a thing, 0 elsewhere, and the light that the opening removes; None if empty."""
+    removed = high - opened(high, disk_of(width))
+    if removed.max() < LEAST_MEAN_CONTRAST:
+        return None
     from scipy import ndimage  # noqa: PLC0415 - heavy
 
-    removed = high - opened(high, disk_of(width))
     grain = float(np.median(removed[matter])) if matter.any() else 0.0
-    labels, count = ndimage.label(removed > max(LEAST_CONTRAST, _OVER_GRAIN * grain), np.ones((3, 3)))
-    if count == 0:
-        return None
+    labels, _ = ndimage.label(removed > max(LEAST_CONTRAST, _OVER_GRAIN * grain), np.ones((3, 3)))
     light = np.bincount(labels.ravel(), removed.ravel())[1:]
     means = light / np.bincount(labels.ravel())[1:]
     counts = means >= LEAST_MEAN_CONTRAST
     boxes = ndimage.find_objects(labels)
-    is_thin = np.array([counts[k] and _length(box) >= 2 * width for k, box in enumerate(boxes)])
+    is_thin = np.array([counts[k] and _length(box) >= 2 * width for k, box in enumerate(boxes)], np.bool_)
     counts &= is_thin | (light >= _LEAST_SMALL_LIGHT)
     if not counts.any():
         return None

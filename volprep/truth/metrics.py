@@ -21,6 +21,8 @@ _BACKGROUNDS = {"black": 0.0, "white": 1.0}
 
 _WINDOW = 11
 """Pixels across the window of SSIM."""
+_WEIGHTS = np.exp(-0.5 * (np.arange(_WINDOW) / 1.5 - _WINDOW // 2 / 1.5) ** 2)
+_WEIGHTS /= _WEIGHTS.sum()
 _FLIP_REACH_DEGREES = 0.15
 """As far as the filters of FLIP reach: three standard deviations of the widest, 0.045 degrees."""
 PIXELS_PER_DEGREE = 67.0
@@ -151,24 +153,27 @@ def _psnr_db(one: Float64Array, other: Float64Array) -> float | None:
 
 
 def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_]) -> float:
-    from skimage.metrics import structural_similarity  # noqa: PLC0415 - heavy
-
     if not foreground.any():
         return 1.0
     part = part_around(foreground, _WINDOW)
-    _, similarity = structural_similarity(  # type: ignore[no-untyped-call]  # scikit-image is not annotated
-        one[part],
-        other[part],
-        channel_axis=2,
-        data_range=1.0,
-        gaussian_weights=True,
-        sigma=1.5,
-        use_sample_covariance=False,
-        K1=0.01,
-        K2=0.03,
-        full=True,
-    )
-    return float(similarity[foreground[part]].mean())
+    # By channels: arrays that fit into the cache take half of the time.
+    maps = [_similarity(*(picture[part][..., c] for picture in (one, other)))[foreground[part]] for c in range(3)]
+    return float(np.mean(maps))
+
+
+def _similarity(x: Float64Array, y: Float64Array) -> Float64Array:
+    mean_x, mean_y, squares, products = (_means(values) for values in (x, y, x * x + y * y, x * y))
+    both, of_means = mean_x * mean_y, mean_x**2 + mean_y**2
+    contrast: Float64Array = (2.0 * (products - both) + 0.03**2) / (squares - of_means + 0.03**2)
+    return contrast * (2.0 * both + 0.01**2) / (of_means + 0.01**2)
+
+
+def _means(values: Float64Array) -> Float64Array:
+    """Return the means under the window of SSIM; outside of a picture is its mirror image."""
+    for _ in range(2):
+        rows = np.pad(values, ((_WINDOW // 2, _WINDOW // 2), (0, 0)), mode="symmetric")
+        values = sum(weight * rows[k : k + len(values)] for k, weight in enumerate(_WEIGHTS)).T
+    return values
 
 
 def part_around(foreground: NDArray[np.bool_], margin: int) -> tuple[slice, slice]:
