@@ -46,7 +46,8 @@ _LONGER = 0.5
 _TIE = 0.001
 _PER_VOXEL = 3
 """Samples for each voxel of the level; with two the FLIP was higher by 1 to 8 %."""
-_FINE_PER_VOXEL = 2
+_FINE_PER_VOXEL = 1
+"""The same of level 0: with two, levels of four scans were no nearer, and a tenth of a build went to it."""
 _MOST_BYTES = 2**24
 """Of level 0, which is in memory meanwhile. Rays through larger ones are long: level 3 of an MR of 33 MB would take 5
 seconds, and be beyond the tolerance as before."""
@@ -92,10 +93,10 @@ class LitBudget:
     """What may be done for a level, the least first: every level has the first one, the coarsest as much as it can."""
 
 
-LIT_AUTO = LitBudget(fine=160_000_000, coarse=600_000_000)
+LIT_AUTO = LitBudget(fine=80_000_000, coarse=600_000_000)
 """About 3 processor seconds at most."""
 LIT_THOROUGH = LitBudget(
-    fine=1_000_000_000,
+    fine=500_000_000,
     coarse=2_000_000_000,
     efforts=(_Effort(3, 12, 0, (16,)), _Effort(6, 12, 0, (16, 32)), _Effort(12, 24, 0, (16, 32, 64))),
 )
@@ -267,15 +268,8 @@ class LitLevels:
         self, codes: NDArray[np.generic], factors: Factors, pixels: "_Pixels", tables: Mapping[str, Float64Array]
     ) -> dict[str, Float64Array]:
         """Return the light of pixels [n, 4]."""
-        light = self._light(codes, factors, pixels.lines, tables)
-        return {name: pixels.means(array) for name, array in light.items()}
-
-    def _light(
-        self, codes: NDArray[np.generic], factors: Factors, lines: RaySegments, tables: Mapping[str, Float64Array]
-    ) -> dict[str, Float64Array]:
-        shading = Shading.of(self._scan, factors)
-        per_voxel = _FINE_PER_VOXEL if factors == (1, 1, 1) else _PER_VOXEL
-        return {name: shading.light(codes, lines, table, per_voxel)[0] for name, table in tables.items()}
+        lit, count = Shading.of(self._scan, factors), _FINE_PER_VOXEL if factors == (1, 1, 1) else _PER_VOXEL
+        return {name: pixels.means(lit.light(codes, pixels.lines, table, count)[0]) for name, table in tables.items()}
 
 
 def _means(
