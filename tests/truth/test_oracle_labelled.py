@@ -187,3 +187,32 @@ def test_light_from_the_viewer_changes_no_opacity(scene, camera, crisp):
     lit, bound = draw(scan, labels, [0, 1, -1, 0], camera, **scene_of, slopes=("central", 4e-4, 0.1))
     assert np.abs(lit - dark)[..., :3].max() > 0.1
     assert (np.abs(lit - dark)[..., 3] <= bound + dark_bound).all()
+
+
+@pytest.mark.parametrize(("kernel", "scale", "border"), [("central", 4e-4, 0.1), ("central", 4e-3, 1.0)])
+@pytest.mark.parametrize("crisp", [False, True])
+def test_a_series_of_lit_pictures_converges_within_their_bounds(oracle, crisp, kernel, scale, border):
+    """Light changes within a hundredth of a cell where a label beside it has a steep function, and where normals turn.
+
+    Pictures were off by 112 times their bound.
+    """
+    white = [oracle.point(0, 0.05, (1, 1, 1)), oracle.point(255, 1.0, (1, 1, 1))]
+    red = [oracle.point(0, 0.0, (1, 0, 0)), oracle.point(255, 0.9, (1, 0.5, 0))]
+    blue = [oracle.point(100, 0.0, (0, 0, 1)), oracle.point(101, 2.0, (0, 0.3, 1))]
+    for seed in (1, 3):
+        rng = np.random.default_rng(seed)
+        scan = rng.integers(0, 256, (7, 8, 9)).astype(np.uint8)
+        labels = rng.integers(0, 4, scan.shape)
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        camera = np.eye(4)
+        camera[:3, :3], camera[:3, 3] = turn * 9.0, (4.5, 4.0, 3.5)
+        series = [
+            draw(
+                scan, labels, [0, 1, -1, 2], camera, functions=[red, blue, white], crisp=crisp, shape_hw=(16, 16),
+                slopes=(kernel, scale, border), tolerance=tolerance,
+            )
+            for tolerance in (1e-3, 1e-4, 1e-5, 1e-8)
+        ]  # fmt: skip
+        finest, finest_bound = series.pop()
+        for rgba, bound in series:
+            assert (np.abs(rgba - finest).max(axis=-1) <= bound + finest_bound).all()
