@@ -50,3 +50,33 @@ def test_a_link_keeps_opacities(page) -> None:
     assert opened(page, url) == "ready"
     np.testing.assert_allclose(picture(page), faded, atol=2 / 255)
     assert page.run(SLIDE, "opacity of hot", 1) == [1, 1]
+
+
+COLOURED = """
+const [open] = given;
+const card = document.getElementById("slices");
+card.open = open;
+if (!open) return 0;
+const reddest = () =>
+  Math.max(
+    ...[...document.querySelectorAll("#frame canvas[role=img]")].map((canvas) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      let most = 0;
+      for (let i = 0; i < data.length; i += 4) most = Math.max(most, data[i] - data[i + 2]);
+      return most;
+    }),
+  );
+for (let turn = 0; turn < 100 && !document.getElementById("frame").classList.contains("four"); turn++)
+  await new Promise((resolve) => setTimeout(resolve, 100));
+await new Promise((resolve) => setTimeout(resolve, 1500));
+return reddest();
+"""
+
+
+@pytest.mark.long
+def test_slices_show_the_other_channel_in_its_colours_over_the_grey_of_the_first(page) -> None:
+    assert page.run(COLOURED, True) > 40
+    page.run(SLIDE, "opacity of hot", 0)
+    assert page.run(COLOURED, True) == 0
+    page.run(SLIDE, "opacity of hot", 1)
+    page.run(COLOURED, False)

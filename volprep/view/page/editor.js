@@ -1,9 +1,9 @@
 /** A transfer function: its curve, and, where the package is editable, its points to be moved. */
 import { make, svg } from "./dom.js";
+import { mediaOf } from "./fusion.js";
 import { Heights } from "./heights.js";
 import { histogram } from "./histogram.js";
 import { latest } from "./latest.js";
-import { mediaOf } from "./media.js";
 import { number } from "./numbers.js";
 import { showProblem } from "./problems.js";
 import { css, linear } from "./srgb.js";

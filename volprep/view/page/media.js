@@ -1,5 +1,6 @@
 /** How much each channel is seen of a picture whose channels lie on several grids, and a mix of two of them. */
 import { byId, make } from "./dom.js";
+import { mediaOf } from "./fusion.js";
 import { showProblem } from "./problems.js";
 
 /** @typedef {{transfer: string, input: any}} Fade a function, and its slider from 0 to 1 */
@@ -32,9 +33,7 @@ export function mediaControls({ renderer }, manifest, changed) {
     for (const fade of fades) fade.input.addEventListener("input", () => set([fade]));
     const fields = fades.map(({ transfer, input }) => field(transfer, input));
     if (fades.length === 2) fields.push(mix(fades, set));
-    place.replaceChildren(
-      ...(fields.length ? [make("fieldset", { className: "field" }, make("legend", {}, "Opacity"), ...fields)] : []),
-    );
+    place.replaceChildren(...(fields.length ? [make("fieldset", {}, make("legend", {}, "Opacity"), ...fields)] : []));
   };
   show();
   return {
@@ -56,13 +55,6 @@ export function mediaControls({ renderer }, manifest, changed) {
       };
     },
   };
-}
-
-/** Channels of a picture with their functions, if they lie on several grids. @param {any} manifest @param {string} name */
-export function mediaOf(manifest, name) {
-  const picture = manifest.pictures.find((/** @type {any} */ each) => each.name === name);
-  const media = picture?.grid ? picture.media : [];
-  return /** @type {{channel: string, transfer: string}[]} */ (media.length > 1 ? media : []);
 }
 
 /** A slider that shows one of two channels at its ends, and both in the middle. @param {Fade[]} fades @param {(fades: Fade[]) => void} set */

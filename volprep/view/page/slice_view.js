@@ -1,6 +1,7 @@
 /** One of the linked slices: its picture with crosshair and outlines, and a slider for its place. */
 import { PLANES, PLANE_NAMES, grey, outline } from "../runtime/slices.js";
 import { field, make, slider } from "./dom.js";
+import { fuse, veilsOf } from "./fusion.js";
 import { latest } from "./latest.js";
 import { number } from "./numbers.js";
 
@@ -64,6 +65,8 @@ class SliceView {
   #lines = ["across", "down"].map((name) => make("i", { className: name, "aria-hidden": "true" }));
   /** @type {import("../runtime/slices.js").Slice | null} */
   #slice = null;
+  /** @type {import("./fusion.js").Veil[]} */
+  #veils = [];
   #zoom = 1;
   /** Where the left upper corner of the zoomed picture is in its box. */
   #offset = [0, 0];
@@ -109,7 +112,9 @@ class SliceView {
       this.#slider.input.value = String(STEPS * within((place[this.#axes[2]] - low) / (high - low), 0, 1));
     }
     const size = this.#zoom > 1 ? ZOOMED_SIZE : SIZE;
-    this.#slice = await this.#shared.renderer.slice({ plane: this.plane, at: this.share(), size, labels: true });
+    const where = { plane: this.plane, at: this.share(), size };
+    this.#slice = await this.#shared.renderer.slice({ ...where, labels: true });
+    this.#veils = await veilsOf(this.#shared.renderer, where);
     return this.#slice !== null;
   }
 
@@ -117,7 +122,8 @@ class SliceView {
     if (!this.#slice) return;
     const { width, height, position_mm } = this.#slice;
     Object.assign(this.#canvas, { width, height });
-    const pixels = outline(grey(this.#slice, this.#shared.window.now()), this.#slice, this.#shared.renderer);
+    const fused = fuse(grey(this.#slice, this.#shared.window.now()), this.#veils);
+    const pixels = outline(fused, this.#slice, this.#shared.renderer);
     this.#canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
     const told = `${number(position_mm)} mm`;
     this.#slider.output.value = told;
