@@ -9,12 +9,12 @@ import os
 import shutil
 import socket
 import subprocess
-import sys
 import sysconfig
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import anywidget
 import pytest
 from browser import Browser
 
@@ -67,7 +67,7 @@ def lab(tmp_path_factory) -> tuple[Path, dict[str, str], Path]:
     named = {"kernelspec": {"display_name": "volprep", "language": "python", "name": "volprep"}}
     notebook = {"cells": cells, "metadata": named, "nbformat": 4, "nbformat_minor": 5}
     (folder / "ball.ipynb").write_text(json.dumps(notebook))
-    paths = f"{folder / 'share'}:{Path(sys.prefix) / 'share' / 'jupyter'}"
+    paths = f"{folder / 'share'}:{Path(anywidget.__file__).resolve().parents[4] / 'share' / 'jupyter'}"
     return Path(program), {**os.environ, "JUPYTER_PATH": paths, "HOME": str(folder)}, folder
 
 
@@ -116,14 +116,19 @@ def test_the_widget_draws_in_jupyterlab_and_both_sides_follow(page) -> None:
     await wait(() => viewer().shadowRoot.querySelector("[role=toolbar]"));
     canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft", bubbles: true }));
     while (!told().includes("by hand ''")) await run("print('by hand', repr(widget.view))");
+    await run("widget.slices = True");
+    const slices = () => document.querySelectorAll(".volprep-slices .slice canvas[aria-label]");
+    await wait(() => slices().length === 3);
+    const height = slices()[0].clientHeight;
     await run("widget.view = 'superior'");
     await wait(() => forward()[2] < -0.999);
     const said = viewer().shadowRoot.querySelector("[role=status]").textContent;
-    return { seen: pixels.some((each) => each > 0.2), first, said };
+    return { seen: pixels.some((each) => each > 0.2), first, said, height };
     """
     )
     assert found["seen"]
     assert found["first"] == -1
+    assert found["height"] == 240
     assert "VP" not in found["said"]
 
 

@@ -26,6 +26,7 @@ function render({ model, el }) {
   };
   const fail = (error) => put("error", String(error?.message ?? error));
   const slices = make("div", { className: "volprep-slices" });
+  slices.style.maxWidth = viewer.style.maxWidth;
   const segments = make("details", { className: "volprep-segments" });
   const follow = {
     slices: () => slices.replaceChildren(...(viewer.renderer && model.get("slices") ? slicesOf(viewer, fail) : [])),
