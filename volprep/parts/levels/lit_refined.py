@@ -47,7 +47,7 @@ _TIE = 0.001
 _PER_VOXEL = 3
 """Samples for each voxel of the level; with two the FLIP was higher by 1 to 8 %."""
 _FINE_PER_VOXEL = 1
-"""The same of level 0: with two, levels of four scans were no nearer, and a tenth of a build went to it."""
+"""The same of level 0: with two, levels of four scans were no nearer."""
 _MOST_BYTES = 2**24
 """Of level 0, which is in memory meanwhile. Rays through larger ones are long: level 3 of an MR of 33 MB would take 5
 seconds, and be beyond the tolerance as before."""
