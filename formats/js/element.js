@@ -2,7 +2,7 @@
  * `<volume-viewer src="head.volpkg.zip" poster="head.png" controls>`: a package in a page, as an image or a video is.
  *
  * Attributes: `src`; `poster`, a picture until the volume is there; `controls`, which lets people turn it and shows
- * tools; `view`, a standard view; `function`, a transfer function; `background`, "#rrggbb"; `clip`, six numbers from 0
+ * tools; `view`, a standard view; `function`, a transfer function; `frame`, of a time series; `background`, "#rrggbb"; `clip`, six numbers from 0
  * to 1 of the box, its low corner and its high one (x, y, z); `auto-rotate`, degrees a second; `measuring`, which reads
  * out the point under the pointer and the distance between two points; `annotations`, letters of the patient's directions and a
  * scale bar; `fidelity`, the known error of the picture; `label`, its name for screen readers.
@@ -30,7 +30,10 @@ const TOOLS = /** @type {const} */ (["controls", "measuring", "annotations", "fi
 
 /** A volume package in a page. */
 export class VolumeViewer extends HTMLElement {
-  static observedAttributes = [..."src poster view function background clip auto-rotate label".split(" "), ...TOOLS];
+  static observedAttributes = [
+    ..."src poster view function frame background clip auto-rotate label".split(" "),
+    ...TOOLS,
+  ];
   /**
    * For `openPackage` and `createRenderer`: headers, fetch, decodeDraco; set it before `src`.
    * @type {OpenOptions & NonNullable<Parameters<Stage["start"]>[0]>}
@@ -134,10 +137,10 @@ export class VolumeViewer extends HTMLElement {
       await stage.start({ ...this.options, ...(program && { program }), signal });
       stage.onchange = () => this.#levels();
       stage.ondraw = () => this.#tools?.drawn();
-      for (const name of ["background", "view", "clip", "auto-rotate", "controls"]) this.#apply(name);
+      for (const name of ["background", "view", "clip", "frame", "auto-rotate", "controls"]) this.#apply(name);
       this.#poster.hidden = true;
       this.#levels();
-      canvas.addEventListener("webglcontextlost", () => this.#say("The graphics are lost for now."));
+      canvas.addEventListener("webglcontextlost", () => this.#say("The graphics are lost."));
       canvas.addEventListener("webglcontextrestored", () => this.#say(""));
       this.#tell("load");
       await stage.renderer.ready;
@@ -168,20 +171,16 @@ export class VolumeViewer extends HTMLElement {
     } else if (name === "background") {
       const found = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(value || "#000000");
       if (found) stage.backdrop = found.slice(1).map((value) => parseInt(value, 16) / 255);
-      else fail("it is not #rrggbb");
+      else fail("it is no #rrggbb");
     } else if (name === "clip") {
-      const numbers = value
-        ? value
-            .trim()
-            .split(/[\s,]+/)
-            .map(Number)
-        : [];
+      const numbers = (value?.match(/[^\s,]+/g) ?? []).map(Number);
       const isBox = numbers.every((each, i) => each >= 0 && each <= 1 && (i > 2 || each < numbers[i + 3]));
-      if (value && !(numbers.length === 6 && isBox)) fail("it is not the corners of a box, six numbers from 0 to 1");
+      if (value && !(numbers.length === 6 && isBox)) fail("it is no box: six numbers from 0 to 1");
       else if (value || this.#level >= 0) this.#cut(numbers);
-    } else if (name === "auto-rotate") {
-      this.#rotate(value);
-    } else this.#equip();
+    } else if (name === "frame") {
+      if (value) stage.renderer.setFrame(Number(value)).catch((error) => this.#fail(error));
+    } else if (name === "auto-rotate") this.#rotate(value);
+    else this.#equip();
   }
 
   /** @param {number[]} share of the box, its low corner and its high one */
@@ -201,7 +200,7 @@ export class VolumeViewer extends HTMLElement {
     const { signal } = (this.#turning = new AbortController());
     const { rotate } = await import("./element/rotate.js");
     if (this.#stage && !signal.aborted && !rotate(this.#stage, Number(degrees), signal))
-      this.#wrong("auto-rotate", "it is not a number of degrees a second");
+      this.#wrong("auto-rotate", "it is no number of degrees a second");
   }
 
   /** Shows tools, or takes them away. */

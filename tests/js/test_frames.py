@@ -86,3 +86,27 @@ def test_the_files_of_the_next_frame_are_asked_for_ahead(run, server) -> None:
     names = run(script)
     assert any("frame2/" in name for name in names)
     assert not any("frame3/" in name for name in names)
+
+
+def test_the_element_has_an_attribute_for_the_frame(run) -> None:
+    script = """
+    await import("/js/element.js");
+    const viewer = document.createElement("volume-viewer");
+    viewer.setAttribute("frame", "2");
+    document.body.append(viewer);
+    const loaded = new Promise((resolve) => viewer.addEventListener("load", resolve, { once: true }));
+    viewer.setAttribute("src", "/package/series.volpkg");
+    await loaded;
+    const until = async (frame) => {
+      while (viewer.renderer.frame !== frame) await new Promise((resolve) => setTimeout(resolve, 10));
+    };
+    await until(2);
+    viewer.setAttribute("frame", "3");
+    await until(3);
+    const failed = new Promise((resolve) => viewer.addEventListener("error", ({ detail }) => resolve(detail.code)));
+    viewer.setAttribute("frame", "4");
+    const code = await failed;
+    viewer.remove();
+    return code;
+    """
+    assert run(script) == "VP5018"
