@@ -129,6 +129,18 @@ def test_of_calls_while_one_runs_only_the_last_follows() -> None:
     assert json.loads(found) == [[1, 3], 1]
 
 
+def test_a_call_that_failed_keeps_no_later_one_from_running() -> None:
+    found = node("""
+        const { latest } = await import("PAGE/latest.js");
+        const begun = [];
+        const run = latest(async (call) => { begun.push(call); if (call === 1) throw new Error("wrong"); });
+        const failed = await run(1).catch(({ message }) => message);
+        await run(2);
+        console.log(JSON.stringify([begun, failed]));
+    """)
+    assert json.loads(found) == [[1, 2], "wrong"]
+
+
 def test_a_draw_that_takes_longer_than_its_time_is_not_timed() -> None:
     found = node("""
         let now = 0;

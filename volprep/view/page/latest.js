@@ -12,12 +12,15 @@ export function latest(task, rested = () => {}) {
     next = given;
     if (isBusy) return;
     isBusy = true;
-    while (next) {
-      const now = /** @type {Given} */ (next);
-      next = null;
-      await task(...now);
+    try {
+      while (next) {
+        const now = /** @type {Given} */ (next);
+        next = null;
+        await task(...now);
+      }
+    } finally {
+      isBusy = false;
+      rested();
     }
-    isBusy = false;
-    rested();
   };
 }
