@@ -37,6 +37,7 @@ Channel = Annotated[
         metavar="NAME",
     ),
 ]
+Frame = Annotated[int, typer.Option(min=0, help="Frame of a time series, from 0 on.", metavar="NUMBER")]
 Values = Annotated[
     Literal["physical", "stored"],
     typer.Option(help="physical: values as in the scan, by a slope if the format has one. stored: the codes."),
@@ -76,6 +77,7 @@ def export(
     channel: Channel = None,
     values: Values = "physical",
     *,
+    frame: Frame = 0,
     series: Series = None,
     transfer: Transfer = None,
     within_mm: Within = None,
@@ -90,6 +92,7 @@ def export(
     become sRGB: bytes of three channels in OME-Zarr, RGB24 in NIfTI. A surface is where rays are half opaque, or each
     segment; the file holds its error against the volume. OME-Zarr and .glb hold the looks too.
     """
+    _tell_frame(package, file, frame)
     if labels or series is not None or file.name.lower().endswith((".seg.nrrd", ".dcm")):
         from volprep_cli.export_labels import export_labels
 
@@ -98,12 +101,12 @@ def export(
     if volume or file.suffix.lower() == ".json":
         from volprep_cli.export_looks import export_looks
 
-        export_looks(package, file, level, channel, force=force)
+        export_looks(package, file, level, channel, frame=frame, force=force)
         return
     if file.suffix.lower() in {".glb", ".usdz", ".ply", ".stl"}:
         from volprep_cli.export_surface import export_surface
 
-        export_surface(package, file, level, transfer, within_mm, draco=draco, force=force)
+        export_surface(package, file, level, transfer, within_mm, frame=frame, draco=draco, force=force)
         return
     from volprep_formats.output import output_errors, require_place, taken
     from volprep_formats.readers.volpkg import open_level
@@ -111,7 +114,7 @@ def export(
 
     kind = _kind(file)
     if kind == "ome_zarr":
-        _export_levels(package, file, level, channel, values, force=force)
+        _export_levels(package, file, level, channel, values, frame=frame, force=force)
         return
     with output_errors(file):
         if file.is_dir() if kind != "dicom" else file.exists():
@@ -122,12 +125,20 @@ def export(
                 require_place(target)
     if kind == "nifti" and channel is None and values == "physical" and _export_colours(package, file, level):
         return
-    with open_level(package, level, channel) as source, progress() as watcher:
+    with open_level(package, level, channel, frame) as source, progress() as watcher:
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
         shape_zyx = source.info.grid.shape_zyx
     told = f"{file}: {voxels_text(shape_zyx)} voxels, {values} values, {kind}"
     print_done(told, file=str(file), format=kind, shape_zyx=list(shape_zyx), values=values)
+
+
+def _tell_frame(package: Path, file: Path, frame: int) -> None:
+    """Say which frame of a time series is written."""
+    from volprep_formats.package.reader import Package
+
+    if frames := Package.open(package, allow_draft=True, frame=frame).manifest.frames:
+        print_note(f"{file}: frame {frame} of {len(frames)}, from 0 on; --frame NUMBER writes another one")
 
 
 def _export_colours(package: Path, file: Path, level: int | None) -> bool:
@@ -152,7 +163,7 @@ def _export_colours(package: Path, file: Path, level: int | None) -> bool:
 
 
 def _export_levels(
-    package: Path, file: Path, level: int | None, channel: str | None, values: str, *, force: bool
+    package: Path, file: Path, level: int | None, channel: str | None, values: str, *, frame: int, force: bool
 ) -> None:
     """Write the levels of all channels, or of one, and the labels as OME-Zarr."""
     from volprep_formats.package.look import VolumeLooks, looks_of, of_channels
@@ -164,7 +175,7 @@ def _export_levels(
     from volprep_formats.writers.package_labels import label_images
 
     check_target(file, replaces=force)
-    opened = open_levels(package, level, channel)
+    opened = open_levels(package, level, channel, frame)
     looks = [ChannelLook.of(manifest) for manifest in opened.manifests]
     levels: Iterable[tuple[int, tuple[VolumeSource, ...]]] = opened.levels
     manifest = Package.open(package, allow_draft=True).manifest

@@ -6,7 +6,7 @@ from volprep_cli.console import print_done, print_note, progress, voxels_text
 from volprep_cli.outputs import require_new
 
 
-def export_looks(package: Path, file: Path, level: int | None, channel: str | None, *, force: bool) -> None:
+def export_looks(package: Path, file: Path, level: int | None, channel: str | None, *, frame: int, force: bool) -> None:
     """Write the looks of a package; into a .glb file together with the voxels of a level, the finest if None."""
     from volprep_formats.diagnostics import VolprepError
     from volprep_formats.output import new_file, require_place
@@ -26,7 +26,7 @@ def export_looks(package: Path, file: Path, level: int | None, channel: str | No
             opened.write(looks.model_dump_json(indent=1, exclude_none=True).encode() + b"\n")
         line = f"{len(looks.looks)} looks"
     else:
-        levels = open_levels(package, level, channel)
+        levels = open_levels(package, level, channel, frame)
         names = [manifest.channels[0].name for manifest in levels.manifests]
         _, sources = next(levels.levels)
         shape_zyx = sources[0].info.grid.shape_zyx

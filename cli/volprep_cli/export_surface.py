@@ -13,6 +13,7 @@ def export_surface(
     transfer: str | None,
     within_mm: float | None,
     *,
+    frame: int,
     draco: bool,
     force: bool,
 ) -> None:
@@ -24,7 +25,7 @@ def export_surface(
     require_new(file, force=force)
     require_place(file)
     with progress() as watcher:
-        surfaces = surfaces_of(package, watcher, level=level, transfer=transfer, within_mm=within_mm)
+        surfaces = surfaces_of(package, watcher, level=level, transfer=transfer, within_mm=within_mm, frame=frame)
         write_surfaces(surfaces, file, draco=draco)
     if wants_json():
         print_json({"file": str(file), **surfaces.facts.model_dump(mode="json")})

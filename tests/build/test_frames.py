@@ -3,8 +3,10 @@
 import shutil
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
+from command_line import volprep
 from judged import validate
 from scene_builds import built, planned, view_of
 from time_series import SHAPE_ZYX, STILL_X, moving, write_series
@@ -182,6 +184,24 @@ def test_a_frame_that_is_not_there_is_refused(series: Package) -> None:
 
 
 @pytest.mark.long(keep=1)
+def test_an_export_writes_one_frame_and_says_which(series: Package, tmp_path: Path) -> None:
+    frames = moving(4).transpose(0, 3, 2, 1)
+    for frame in (0, 2):
+        told = volprep("export", series.path, tmp_path / f"{frame}.nii", "--frame", str(frame))
+        assert f"frame {frame} of 4" in told.stderr
+        written = nibabel.load(tmp_path / f"{frame}.nii")
+        start = np.rint(written.affine[:3, 3] / (1.0, 1.0, 1.5)).astype(int)
+        part = tuple(slice(low, low + n) for low, n in zip(start, written.shape, strict=True))
+        assert np.abs(np.asarray(written.dataobj) - frames[frame][part]).max() <= 0.5
+        assert np.abs(frames[0][part].astype(int) - frames[2][part]).max() > 40
+    for name in ("x.ome.zarr", "x.glb"):
+        more = ("--volume",) if name == "x.glb" else ()
+        told = volprep("export", series.path, tmp_path / name, *more)
+        assert told.returncode == 0
+        assert "frame 0 of 4" in told.stderr
+    assert "VP4054" in volprep("export", series.path, tmp_path / "4.nii", "--frame", "4").stderr
+
+
 def test_every_frame_is_judged_and_a_changed_texel_of_one_is_found(series: Package, tmp_path: Path) -> None:
     place = tmp_path / "p.volpkg"
     shutil.copytree(series.path, place)

@@ -43,8 +43,9 @@ def surfaces_of(
     level: int | None = None,
     transfer: str | None = None,
     within_mm: float | None = None,
+    frame: int = 0,
 ) -> Surfaces:
-    """Return the surface that a picture shows at a level, the finest if None.
+    """Return the surface that a picture shows at a level, the finest if None, and in a frame of a time series.
 
     With segments each visible one is a mesh, unless `transfer` names a transfer function of the scan. Triangles are
     joined while 95 % of them stay within `within_mm` of the surface; a quarter of a voxel if None.
@@ -62,7 +63,7 @@ def surfaces_of(
         made = [*_of_segments(image, labels, grid, _limit(grid, within_mm), progress)]
         words, function = f"borders of labels, smoothed by {_SMOOTH} voxels", segments.name
     else:
-        one, words, function, grid = _of_scan(path, level, transfer, within_mm, progress)
+        one, words, function, grid = _of_scan(path, progress, level, transfer, within_mm, frame=frame)
         made = [] if one is None else [one]
     if not made:
         raise VolprepError("VP1333", path=path, reason="nothing of it is opaque enough to hide what is behind it")
@@ -91,7 +92,7 @@ def _number(package: Package, grid: Grid) -> int:
 
 
 def _of_scan(
-    path: Path, level: int | None, transfer: str | None, within_mm: float | None, progress: Progress
+    path: Path, progress: Progress, level: int | None, transfer: str | None, within_mm: float | None, *, frame: int
 ) -> tuple[_Made | None, str, str, Grid]:
     """Return the surface of a transfer function, what it is in words, the name of the function and the grid."""
     manifest = package_of_transfer(Package.open(path, allow_draft=True), transfer).manifest
@@ -103,7 +104,7 @@ def _of_scan(
     if compositings & _WITHOUT_SURFACE:
         raise VolprepError("VP1333", path=path, reason=f"{function.name} shows {min(compositings)} values of rays")
     channel = manifest.channels[0].name
-    with open_level(path, level, channel) as source:
+    with open_level(path, level, channel, frame) as source:
         info = source.info
         values = source.read_slab(0, info.grid.shape_zyx[0]).astype(np.float32) * np.float32(info.slope)
         values += np.float32(info.intercept)

@@ -50,14 +50,14 @@ def channel_names(_spec: SourceSpec, path: Path) -> list[str]:
     return [*channel_packages(Package.open(path, allow_draft=True))]
 
 
-def open_level(path: Path, level: int | None = None, channel: str | int | None = None) -> VolumeSource:
+def open_level(path: Path, level: int | None = None, channel: str | int | None = None, frame: int = 0) -> VolumeSource:
     """Open a level of the package or draft at `path`, the finest if None, of the default channel if None.
 
-    Level 0 of a draft is the whole scan as it was imported. Raises VP1221 and VP1222 (choice of a channel), VP1250 (no
-    such level), VP1253 (colours in place of values), VP4008 (working data of another size) and what `Package` and the
-    texture reader raise.
+    `frame` is that of a time series. Level 0 of a draft is the whole scan as it was imported. Raises VP1221 and VP1222
+    (choice of a channel), VP1250 (no such level), VP1253 (colours in place of values), VP4008 (working data of another
+    size), VP4054 (no such frame) and what `Package` and the texture reader raise.
     """
-    package, work = _channel(path, channel)
+    package, work = _channel(path, channel, frame)
     manifest = package.manifest
     if work is not None and level in {None, 0}:
         return _working_volume(package, work)
@@ -71,14 +71,14 @@ def open_level(path: Path, level: int | None = None, channel: str | int | None =
     return _texture_level(package, held_level)
 
 
-def open_levels(path: Path, level: int | None = None, channel: str | int | None = None) -> "OpenLevels":
+def open_levels(path: Path, level: int | None = None, channel: str | int | None = None, frame: int = 0) -> "OpenLevels":
     """Prepare to open all levels that all channels have, finest first, or only `level`; or all of one channel.
 
     Raises what `open_level` raises, and VP1248 for several channels on several grids. A draft has level 0 alone, the
     scan as it was imported: its other levels are codes, not values of the same type.
     """
     names = channel_names(SourceSpec(path=path_text(path)), path) if channel is None else [channel]
-    channels = [_channel(path, name) for name in names]
+    channels = [_channel(path, name, frame) for name in names]
     if len({package.manifest.grid for package, _ in channels}) > 1:
         raise VolprepError("VP1248", path=path, names=", ".join(map(str, names)))
     grids = [_level_grids(package, work) for package, work in channels]
@@ -87,7 +87,7 @@ def open_levels(path: Path, level: int | None = None, channel: str | int | None 
     # Where there is nothing to choose, opening the level says why.
     numbers: list[int | None] = [level] if level is not None or not common else [*common]
     manifests = tuple(package.manifest for package, _ in channels)
-    return OpenLevels(manifests, _one_by_one(path, numbers, names), () if level is not None else tuple(left_out))
+    return OpenLevels(manifests, _one_by_one(path, numbers, names, frame), () if level is not None else tuple(left_out))
 
 
 @dataclass(frozen=True)
@@ -111,16 +111,16 @@ def _level_grids(package: Package, work: FileRecord | None) -> dict[int, tuple[i
 
 
 def _one_by_one(
-    path: Path, numbers: list[int | None], channels: Sequence[str | int]
+    path: Path, numbers: list[int | None], channels: Sequence[str | int], frame: int
 ) -> Generator[tuple[int, tuple[VolumeSource, ...]], None, None]:
     for number in numbers:
         with ExitStack() as opened:
-            yield number or 0, tuple(opened.enter_context(open_level(path, number, name)) for name in channels)
+            yield number or 0, tuple(opened.enter_context(open_level(path, number, name, frame)) for name in channels)
 
 
-def _channel(path: Path, channel: str | int | None) -> tuple[Package, FileRecord | None]:
+def _channel(path: Path, channel: str | int | None, frame: int) -> tuple[Package, FileRecord | None]:
     """Return the package as it is for a channel, and the working data of a draft."""
-    packages = channel_packages(Package.open(path, allow_draft=True))
+    packages = channel_packages(Package.open(path, allow_draft=True, frame=frame))
     name = [*packages][chosen(path, "channel", "channel", [*packages], channel)]
     working = source_name(name)
     return packages[name], next((file for file in packages[name].manifest.files if file.path == working), None)
