@@ -87,12 +87,12 @@ def test_a_killed_build_goes_on_inside_the_light(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(solve, "BATCH", 1 << 14)
     monkeypatch.setattr(decision, "_LEAST_SAMPLES", 1 << 16)
     request, target = load_request(scene_of(tmp_path)), tmp_path / "ball.volpkg"
-    # The plan's trial takes six batches, and the light one, one and four.
-    with patch.object(_native, "light_samples", Kernel(until=6 + 4)), pytest.raises(Killed):
+    # The trial of the plan takes three batches, and the light one, one and four.
+    with patch.object(_native, "light_samples", Kernel(until=3 + 4)), pytest.raises(Killed):
         build(request, target, Silent())
     rest = Kernel()
     with patch.object(_native, "light_samples", rest):
         build(request, target, Silent())
-    assert rest.calls == 6 + 2
+    assert rest.calls == 3 + 2
     assert not list(target.rglob("*.npz"))
     assert not (target / ".kept").exists()

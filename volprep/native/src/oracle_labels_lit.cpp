@@ -279,6 +279,21 @@ void add_part(Light& sum, const LitCell<Voxel>& lit, double from, double to, dou
     add_part(sum, lit, middle, to, 0.5 * tolerance, error, cuts + 1);
 }
 
+// The light of a cell with so many samples between neighbouring kinks.
+template <typename Voxel>
+Light evenly(const LitCell<Voxel>& lit, const std::vector<double>& kinks, int steps) {
+    Light sum;
+    for (std::size_t i = 1; i < kinks.size(); ++i) {
+        const double width = (kinks[i] - kinks[i - 1]) / steps;
+        if (!(width > 0.0)) continue;
+        for (int k = 0; k < steps; ++k) {
+            const Sample sample = lit.lit(kinks[i - 1] + width * (k + 0.5));
+            oracle::step(sum, sample.colour, sample.extinction * 0.5 * width * lit.cell.length_mm, 0.0);
+        }
+    }
+    return sum;
+}
+
 template <typename Voxel>
 void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits, Work& work) {
     // Of the whole cell: its middle may be hidden.
@@ -288,9 +303,16 @@ void refine_cell(Beam& beam, const LitCell<Voxel>& lit, const RayLimits& limits,
     const double tolerance = 0.25 * limits.tolerance * (alpha + length_mm / (limits.length_mm * beam.transmittance));
     Light light;
     double error = 0.0;
-    for (std::size_t i = 1; i < work.kinks.size(); ++i) {
-        const double width = work.kinks[i] - work.kinks[i - 1];
-        if (width > 0.0) add_part(light, lit, work.kinks[i - 1], work.kinks[i], 0.5 * width * tolerance, error, 0);
+    if (lit.light.placed != nullptr) {
+        // Shadows have more jumps than cuts can be afforded for: each sample follows a ray of its own.
+        error = alpha;
+        const auto sum_of = [&](int steps) { return evenly(lit, work.kinks, steps); };
+        light = alpha <= tolerance ? sum_of(1) : oracle::settled(sum_of, tolerance, error);
+    } else {
+        for (std::size_t i = 1; i < work.kinks.size(); ++i) {
+            const double width = work.kinks[i] - work.kinks[i - 1];
+            if (width > 0.0) add_part(light, lit, work.kinks[i - 1], work.kinks[i], 0.5 * width * tolerance, error, 0);
+        }
     }
     for (int channel = 0; channel < 3; ++channel) beam.colour[channel] += beam.transmittance * light.rgba[channel];
     beam.colour_error += beam.transmittance * error;

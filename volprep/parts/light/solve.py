@@ -42,6 +42,8 @@ from volprep_formats.progress import Progress
 
 BATCH = 1 << 18
 """Samples that are made at a time."""
+_FEWEST = 1 << 15
+"""Fewest samples of a field: those of a small scan take a second."""
 _SEED = 28
 _INNER_EACH = 8
 _INNER_WEIGHT = 0.05
@@ -149,7 +151,7 @@ def solve_fields(
 
 def _fields(
     lit: LitVolume,
-    samples: "Callable[[int], _Samples]",
+    samples: "Callable[[int, int], _Samples]",
     factors: Sequence[int],
     count: int,
     progress: Progress,
@@ -158,14 +160,15 @@ def _fields(
 ) -> list[LightField]:
     """Fit fields to batches of samples, each by its number."""
     batches = max(1, -(-count // BATCH))
+    size = min(BATCH, max(count, _FEWEST))
     progress.start("light", batches + len(factors))
-    first = samples(0)
+    first = samples(0, size)
     curve = _curve(first) if curve is None else curve
     grids = [_Sums(_node_grid(lit, factor), curve, first) for factor in factors]
     tests: list[_Samples] = []
     used = 0
     for batch in range(batches):
-        found = first if batch == 0 else samples(batch)
+        found = first if batch == 0 else samples(batch, size)
         used += int(np.count_nonzero(found.weights))
         for sums in grids:
             sums.add(found)
@@ -256,16 +259,16 @@ class _Gather(NamedTuple):
         }
 
 
-def _samples(lit: LitVolume, kept: KeptSamples | None, gather: _Gather, batch: int) -> _Samples:
-    places, light = np.empty((BATCH, 4), np.float32), np.empty((BATCH, 3), np.float32)
-    kinds: UInt8Array = np.empty(BATCH, np.uint8)
+def _samples(lit: LitVolume, kept: KeptSamples | None, gather: _Gather, batch: int, size: int) -> _Samples:
+    places, light = np.empty((size, 4), np.float32), np.empty((size, 3), np.float32)
+    kinds: UInt8Array = np.empty(size, np.uint8)
     made: Arrays = {"places": places, "light": light, "kinds": kinds}
     arguments = {**lit.native(), "first": batch * BATCH, **gather.native(), "inner_each": _INNER_EACH}
     if kept is None or not kept.find(arguments, made):
         _native.light_samples(**arguments, **made)
         if kept is not None:
             kept.keep(arguments, made)
-    held_out = (np.arange(BATCH) % _HELD_OUT_EACH == 1) & (kinds == 1)
+    held_out = (np.arange(size) % _HELD_OUT_EACH == 1) & (kinds == 1)
     weights = np.select([held_out, kinds == 1, kinds == 2], [0.0, 1.0, _INNER_WEIGHT], 0.0)
     return _Samples(places, light, weights.astype(np.float32), held_out.astype(np.float32))
 

@@ -36,7 +36,9 @@ _FACTORS: tuple[Literal[4], Literal[2]] = (4, 2)
 _COARSER = 2
 """The grid that the fit begins with has cells of so many of the coarsest."""
 _BATCHES = 4
-"""Samples of a trial, in batches."""
+"""Most samples of a trial, in batches."""
+_PER_VOXEL = 4
+"""Samples of a trial for each voxel."""
 _SHARE = 0.5
 """Part of the tolerance below which an error does not count."""
 _NEARLY = 1.1
@@ -206,7 +208,7 @@ class _Trial(NamedTuple):
 
 def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_light: bool) -> _Trial:
     """Measure pictures of one function, whole and cut by `planes`."""
-    factors, count = [_COARSER * _FACTORS[0], *_FACTORS], _BATCHES * solve.BATCH
+    factors, count = [_COARSER * _FACTORS[0], *_FACTORS], _sample_count(lit)
     fields = solve.solve_fields(lit, factors, count, progress)
     ways = (None, *(baked_field(coded(field).decoded(field), lit.grid) for field in fields[1:]))
     views = standard_views(lit.grid)
@@ -221,9 +223,13 @@ def _tried(lit: LitVolume, planes: Float64Array, progress: Progress, *, cut_ligh
     return _Trial(np.concatenate(squares), fields[-1].residual, 0.0 if hues is None else left_out(hues))
 
 
+def _sample_count(lit: LitVolume) -> int:
+    return min(_PER_VOXEL * math.prod(lit.grid.shape_zyx), _BATCHES * solve.BATCH)
+
+
 def _at_full_resolution(lit: LitVolume, progress: Progress) -> float:
     """Return the mean square over seen pixels with a texel for each voxel."""
-    field = solve.solve_fields(lit, [*_FACTORS, 1], _BATCHES * solve.BATCH, progress)[-1]
+    field = solve.solve_fields(lit, [*_FACTORS, 1], _sample_count(lit), progress)[-1]
     views = standard_views(lit.grid)
     way = baked_field(coded(field).decoded(field), lit.grid)
     return float(_squares(lit, [way], [views[name] for name in _VIEWS])[0])
