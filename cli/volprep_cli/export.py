@@ -135,8 +135,12 @@ def export(
 
 def _tell_frame(package: Path, file: Path, frame: int) -> None:
     """Say which frame of a time series is written."""
+    from volprep_formats.output import output_errors
     from volprep_formats.package.reader import Package
 
+    # A folder that may not be entered is told before anything is wrong with the package.
+    with output_errors(file):
+        file.exists()
     if frames := Package.open(package, allow_draft=True, frame=frame).manifest.frames:
         print_note(f"{file}: frame {frame} of {len(frames)}, from 0 on; --frame NUMBER writes another one")
 
