@@ -138,7 +138,7 @@ def _tell_frame(package: Path, file: Path, frame: int) -> None:
     from volprep_formats.output import output_errors
     from volprep_formats.package.reader import Package
 
-    # A folder that may not be entered is told before anything is wrong with the package.
+    # A folder that may not be entered comes before all faults of the package.
     with output_errors(file):
         file.exists()
     if frames := Package.open(package, allow_draft=True, frame=frame).manifest.frames:

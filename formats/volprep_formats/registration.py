@@ -52,7 +52,7 @@ def _checked(path: Path, matrix: Float64Array) -> Affine:
 
 
 def _of_itk(path: Path) -> Affine:
-    """ITK maps places of the fixed scan to the moving one, for resampling: the inverse is what is asked."""
+    """ITK maps places of the fixed scan to the moving one, for resampling: this returns the inverse."""
     require_extra("registration")
     import SimpleITK  # noqa: PLC0415 - only for these files
 

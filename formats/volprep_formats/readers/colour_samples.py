@@ -18,7 +18,7 @@ class OneSample:
     """Its number."""
 
     def dtype(self, stored: str) -> str:
-        """Return the type of what is kept of samples of type `stored`."""
+        """Return the type of the values that are kept of samples of type `stored`."""
         return stored
 
     def span(self, _count: int) -> tuple[int, int]:
@@ -26,7 +26,7 @@ class OneSample:
         return self.index, self.index + 1
 
     def kept(self, _path: Path, samples: NDArray[np.generic]) -> NDArray[np.generic]:
-        """Return what is kept [...] of the samples [..., n] that are needed."""
+        """Return the values that are kept [...] of the samples [..., n] that are needed."""
         return samples[..., 0]
 
 

@@ -81,7 +81,7 @@ def widget_module() -> str:
 
 @cache
 def widget_style() -> str:
-    """Return the rules of the page for slices, and those of their row and of the list of segments."""
+    """Return the rules of the page for slices, and the rules of their row and of the list of segments."""
     rules = re.findall(r"^\.slice[^{]*\{[^}]*\}\n", page_style(), re.MULTILINE)
     return "".join([*rules, _CSS])
 

@@ -192,7 +192,7 @@ class LitLevels:
     def _target(self, rays: "_KnownRays", factors: Factors, tables: Mapping[str, Float64Array]) -> Refinement:
         """Return what refines a level along rays, neighbours in space beside each other.
 
-        A step then takes a third of the time, and each part of the rays sees as much of each place.
+        A step then takes a third of the time, and each part of the rays sees the same share of each place.
         """
         rays = rays.taken(order_in_space(rays.places_mm_xyz, max(self._scan.grid.extent_mm_zyx)))
         return Refinement(

@@ -43,7 +43,7 @@ from volprep_formats.progress import Progress
 BATCH = 1 << 18
 """Samples that are made at a time."""
 _FEWEST = 1 << 15
-"""Fewest samples of a field: those of a small scan take a second."""
+"""Fewest samples of a field: a small scan needs a second for them."""
 _SEED = 28
 _INNER_EACH = 8
 _INNER_WEIGHT = 0.05
