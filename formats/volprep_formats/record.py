@@ -26,7 +26,7 @@ Kind = TypeVar("Kind")
 
 
 def present(*parts: Kind | None) -> tuple[Kind, ...]:
-    """Return those that are there."""
+    """Return the ones that are there."""
     return tuple(part for part in parts if part is not None)
 
 

@@ -137,7 +137,7 @@ struct LitCell : MediumCell<Voxel> {
             out[axis] = normals.axes[axis].at(y) + light.border_scale * out[axis] / scene.field.spacing_mm[axis];
         }
     }
-    // Whether the normal, and its part along the ray, change by at most half of what they are on a part: where light
+    // Whether the normal, and its part along the ray, change by at most a half on a part: where light
     // is singular, in the complex plane, is then far from it.
     bool is_even(double from, double to) const noexcept {
         double middle[3];
@@ -261,7 +261,7 @@ Light romberg(const LitCell<Voxel>& lit, double from, double to, double& error) 
 }
 
 // Adds the light of a part, which is cut in two until it is known to the tolerance, and to `error` how far it may be
-// off. What is cut 20 times has a jump.
+// off. A part that is cut 20 times has a jump.
 template <typename Voxel>
 void add_part(Light& sum, const LitCell<Voxel>& lit, double from, double to, double tolerance, double& error,
               int cuts) {
