@@ -136,8 +136,8 @@ def box_from_box(grid: Grid, placed: Affine | None, other: Grid) -> Affine:
 
     In Python's numbers, which no library rounds in another way: the matrix is written into packages.
     """
-    to_world = _product(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)
-    return _product(inverse_of(to_world), _world_from_box(other))
+    to_world = product_of(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)
+    return product_of(inverse_of(to_world), _world_from_box(other))
 
 
 def _world_from_box(grid: Grid) -> Affine:
@@ -151,7 +151,9 @@ def _world_from_box(grid: Grid) -> Affine:
     return first, second, third
 
 
-def _product(one: Affine, other: Affine) -> Affine:
+def product_of(one: Affine, other: Affine) -> Affine:
+    """Return the map that applies `other`, then `one`."""
+
     def row(left: Row) -> Row:
         x, y, z, at = (sum(left[k] * other[k][column] for k in range(3)) for column in range(4))
         return row_of((x, y, z, at + left[3]))

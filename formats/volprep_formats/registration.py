@@ -6,7 +6,7 @@ import numpy as np
 
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import VolprepError
-from volprep_formats.grid import Affine, Grid, inverse_of, row_of
+from volprep_formats.grid import Affine, Grid, inverse_of, product_of, row_of
 from volprep_formats.installation import require_extra
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_source
@@ -86,14 +86,14 @@ def _of_flirt(path: Path, rows: Float64Array, moving: SourceSpec, fixed: SourceS
         if info.format != "nifti":
             raise _refused(path, f"four rows of numbers are a matrix of FLIRT between NIfTI files, not {info.format}")
         worlds.append(_world_from_flirt(info.grid))
-    return _checked(path, worlds[1] @ rows @ np.linalg.inv(worlds[0]))
+    return product_of(product_of(worlds[1], _checked(path, rows)), inverse_of(worlds[0]))
 
 
-def _world_from_flirt(grid: Grid) -> Float64Array:
+def _world_from_flirt(grid: Grid) -> Affine:
     scales = np.diag([*grid.spacing_mm_zyx[::-1], 1.0])
     if np.linalg.det(grid.world_from_index) > 0:
         scales[0] = -scales[0, 0], 0.0, 0.0, scales[0, 0] * (grid.shape_zyx[2] - 1)
-    return grid.world_from_index @ np.linalg.inv(scales)
+    return product_of(_affine(grid.world_from_index), inverse_of(_affine(scales)))
 
 
 def _of_dicom(path: Path, moving: SourceSpec, fixed: SourceSpec, progress: Progress) -> Affine:
@@ -104,20 +104,17 @@ def _of_dicom(path: Path, moving: SourceSpec, fixed: SourceSpec, progress: Progr
     uids = [frame_of_scan(spec, progress).uid for spec in (moving, fixed)]
     try:
         data = pydicom.dcmread(path)
-        to_common = {str(data.FrameOfReferenceUID): np.eye(4)}
+        to_common = {str(data.FrameOfReferenceUID): _affine(np.eye(4))}
         for item in data.RegistrationSequence:
-            matrix = np.eye(4)
+            matrix = _affine(np.eye(4))
             for part in item.MatrixRegistrationSequence[0].MatrixSequence:
-                matrix = np.array(part.FrameOfReferenceTransformationMatrix, np.float64).reshape(4, 4) @ matrix
+                own = np.array(part.FrameOfReferenceTransformationMatrix, np.float64).reshape(4, 4)
+                matrix = product_of(_checked(path, own), matrix)
             to_common[str(item.FrameOfReferenceUID)] = matrix
     except (AttributeError, IndexError, ValueError) as error:
         raise _refused(path, "it is no DICOM Spatial Registration with a matrix for each frame of reference") from error
     if missing := [uid or "none" for uid in uids if uid not in to_common]:
         told = ", ".join(f"…{uid[-16:]}" for uid in missing)
         raise _refused(path, f"it is about other scans: it has no matrix for the frame of reference {told}")
-    of_moving, of_fixed = (_checked(path, to_common[uid]) for uid in uids)
-    return _affine(np.linalg.inv(_full(of_fixed)) @ _full(of_moving))
-
-
-def _full(matrix: Affine) -> Float64Array:
-    return np.array([*matrix, (0.0, 0.0, 0.0, 1.0)])
+    of_moving, of_fixed = (to_common[uid] for uid in uids)
+    return product_of(inverse_of(of_fixed), of_moving)

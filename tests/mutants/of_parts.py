@@ -225,7 +225,7 @@ OF_PARTS = (
         "registration-ignored",
         "a registration of a channel changes nothing",
         "formats/volprep_formats/grid.py",
-        "_product(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)",
+        "product_of(placed, _world_from_box(grid)) if placed is not None else _world_from_box(grid)",
         "_world_from_box(grid)",
         "grids",
         ("tests/build/test_grids.py::test_a_registration_with_a_shear_is_within_the_tolerance",),
