@@ -36,18 +36,13 @@ def first_look(
     step_mm: float | None = None,
 ) -> Float32Array:
     """Return the opacity [row, column] of a small picture that shows more than the camera does."""
-    small = _small(shape_hw)
-    return renderer.render(box_from_clip @ _farther(small), small, step_mm)[..., 3]
+    height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
+    return renderer.render(box_from_clip @ _farther((height, width)), (height, width), step_mm)[..., 3]
 
 
 def frame_of(opacity: Float32Array) -> Float64Array:
     """Return the 4×4 from clip coordinates of the framed picture to the camera's, given its first look."""
     return _farther(opacity.shape) @ window_of_seen(opacity)
-
-
-def _small(shape_hw: tuple[int, int]) -> tuple[int, int]:
-    height, width = (-(-_FIRST_LOOK * side // max(shape_hw)) for side in shape_hw)
-    return height, width
 
 
 def _farther(shape_hw: tuple[int, ...]) -> Float64Array:
