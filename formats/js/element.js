@@ -2,10 +2,11 @@
  * `<volume-viewer src="head.volpkg.zip" poster="head.png" controls>`: a package in a page, as an image or a video is.
  *
  * Attributes: `src`; `poster`, a picture until the volume is there; `controls`, which lets people turn it and shows
- * tools; `view`, a standard view; `function`, a transfer function; `frame`, of a time series; `background`, "#rrggbb"; `clip`, six numbers from 0
- * to 1 of the box, its low corner and its high one (x, y, z); `auto-rotate`, degrees a second; `measuring`, which reads
- * out the point under the pointer and the distance between two points; `annotations`, letters of the patient's directions and a
- * scale bar; `fidelity`, the known error of the picture; `label`, its name for screen readers.
+ * tools; `view`, a standard view; `function`, a transfer function; `frame`, of a time series; `background`, "#rrggbb";
+ * `clip`, six numbers from 0 to 1 of the box, its low corner and its high one (x, y, z); `auto-rotate`, degrees a
+ * second; `measuring`, which reads out the point under the pointer and the distance between two points; `annotations`,
+ * letters of the patient's directions and a scale bar; `fidelity`, the known error of the picture; `label`, its name
+ * for screen readers.
  *
  * Events: `load`, `progress` (`detail`: loaded, total), `levelchange` (level), `pick` (a Hit), `error` (code, summary,
  * remedy; shown unless its default is prevented). Parts for styles: canvas, poster, status, tools, function, button,
