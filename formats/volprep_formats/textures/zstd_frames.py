@@ -37,12 +37,12 @@ class ZstdFrame(NamedTuple):
     """Unpacked size."""
 
 
-def compress(data: memoryview) -> Iterator[bytes]:
-    """Compress bytes into frames. The same bytes give the same frames."""
+def compress(data: memoryview, level: int = _LEVEL) -> Iterator[bytes]:
+    """Compress bytes into frames, with an effort from 1 to 22. The same bytes give the same frames."""
     import imagecodecs  # noqa: PLC0415 - it takes a tenth of a second to load, and few packages need it
 
     for at in range(0, len(data), FRAME_BYTES):
-        yield bytes(imagecodecs.zstd_encode(bytes(data[at : at + FRAME_BYTES]), level=_LEVEL))
+        yield bytes(imagecodecs.zstd_encode(bytes(data[at : at + FRAME_BYTES]), level=level))
 
 
 def decompress(data: memoryview, size: int) -> NDArray[np.uint8]:

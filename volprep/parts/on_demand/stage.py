@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -64,7 +65,7 @@ def _bricks(
     # Codes in place of normalised stored values.
     soft_per_mm = SOFT_SLOPE / min(spacing) * (2**plan.quantize.bits - 1) if lit else None
     coarser, before = None, wanted.factors_zyx[-1]
-    with TemporaryDirectory(dir=draft.folder) as folder:
+    with TemporaryDirectory(dir=draft.folder) as folder, ThreadPoolExecutor() as beside:
         for number, factors in reversed([*enumerate(wanted.factors_zyx)]):
             level = _level(
                 source, wanted.shape_zyx(number, source.shape_zyx), factors, seen, Path(folder) / str(number)
@@ -73,8 +74,11 @@ def _bricks(
             losses = BrickLosses(looks, (z, y, x), soft_per_mm)
             steps = tuple(c // f for c, f in zip(before, factors, strict=True))
             for row in rows_of_bricks(level, coarser, (steps[0], steps[1], steps[2]), wanted.size, wanted.ghost):
-                stored = [_stored(plan, wanted, brick, shown) for brick in row.bricks]
-                records.append(_records(stored, losses.of_row(row)))
+                # Bricks are compressed while their losses are measured.
+                waiting = [beside.submit(_stored, plan, wanted, brick, shown) for brick in row.bricks]
+                numbers = losses.of_row(row)
+                stored = [brick.result() for brick in waiting]
+                records.append(_records(stored, numbers))
                 yield from (data for data, _, _ in stored)
             coarser, before = level, factors
             progress.advance()
