@@ -155,9 +155,12 @@ def test_what_is_made_for_one_volume_is_refused_in_the_plan(more: str, what: str
         planned(write_series(tmp_path, moving(2), more=more))
 
 
-@pytest.mark.parametrize(("compositing", "made_by"), [("emission-absorption", "box"), ("maximum", "maximum")])
-def test_the_filter_of_levels_is_fixed_if_the_scene_names_none(compositing: str, made_by: str, tmp_path: Path) -> None:
-    scene = write_series(tmp_path, moving(2), more=f'[render]\ncompositing = "{compositing}"\n')
+@pytest.mark.parametrize(
+    ("render", "made_by"),
+    [("", "box"), ('compositing = "maximum"', "maximum"), ('classification = "preclassified"', "least-squares")],
+)
+def test_the_filter_of_levels_is_fixed_if_the_scene_names_none(render: str, made_by: str, tmp_path: Path) -> None:
+    scene = write_series(tmp_path, moving(2), more=f"[render]\n{render}\n")
     scene.write_text(scene.read_text().replace('filter = "box"\n', ""))
     (channel,) = planned(scene).channels
     assert [level.filter for level in channel.levels] == ["none", made_by, made_by]

@@ -13,6 +13,7 @@ from volprep.validation.folder import report_folder
 from volprep.validation.results.report import Report
 from volprep.validation.run import measure_package
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.package.manifest import PlanItem
 from volprep_formats.package.reader import Package
 from volprep_formats.progress import Silent
 
@@ -34,8 +35,9 @@ class Outcome:
 
     name: str
     result: Result
-    """"refused": by the plan, with a code. "warned": views are beyond the tolerance, also of later frames, and nothing
-    else is wrong, and the build has said so and why. "beyond": the verdict is another one than "within"."""
+    """"refused": by the plan, with a code. "warned": views are beyond the tolerance, also of later frames, or levels
+    are worse than box means, and nothing else is wrong, and the build has said so and why. "beyond": the verdict is
+    another one than "within"."""
     said: str
     """The code and message of a refusal, the warnings of the build, or what the verdict names."""
 
@@ -54,17 +56,19 @@ def outcome_of(row: Row, folder: Path, *, vtk: bool = False) -> Outcome:
         report = _report(package, folder, vtk=vtk)
     except Exception as error:  # noqa: BLE001 - as above
         return Outcome(name, "failed", f"validation: {type(error).__name__}: {error}")
-    said, known = _said(report), _warnings(package)
-    faults = [each for fault in _FAULTS for each in getattr(report.verdict, fault) if not each.startswith("frame ")]
+    said, warned = _said(report), _warned(package)
+    known = "; ".join(item.reason for item in warned)
+    worse = {f"level {item.level} with {item.transfer}" for item in warned}
+    named = [each for fault in _FAULTS for each in getattr(report.verdict, fault) if each not in worse]
+    faults = [each for each in named if not each.startswith("frame ")]
     if known and said and not faults:
         return Outcome(name, "warned", f"{said}: {known}")
     return Outcome(name, "beyond" if said else "within", said)
 
 
-def _warnings(package: Path) -> str:
-    """Return what the build says about errors beyond the tolerance."""
-    items = Package.open(package).manifest.plan
-    return "; ".join(item.reason for item in items if item.kind in {BEYOND, LIT_CODES})
+def _warned(package: Path) -> list[PlanItem]:
+    """Return the items in which the build says that errors are beyond the tolerance."""
+    return [item for item in Package.open(package).manifest.plan if item.kind in {BEYOND, LIT_CODES}]
 
 
 def outcome_of_name(name: str) -> Outcome:

@@ -78,6 +78,15 @@ def test_slabs_give_the_same_bytes(tmp_path, monkeypatch, name, factors) -> None
     assert np.array_equal(level_of(scan, name, factors), whole)
 
 
+def test_a_fit_to_values_reaches_four_voxels_of_the_level(tmp_path) -> None:
+    voxels = np.random.default_rng(5).integers(0, 256, (6, 8, 40)).astype(np.uint8)
+    changed = voxels.copy()
+    changed[..., 20:] = 255 - changed[..., 20:]
+    one, other = (level_of(scan_of(tmp_path, found), "least-squares", (2, 2, 2)) for found in (voxels, changed))
+    assert np.array_equal(one[..., :6], other[..., :6])
+    assert not np.array_equal(one[..., 6:10], other[..., 6:10])
+
+
 @pytest.mark.parametrize("shape_zyx", [(1, 9, 9), (9, 1, 1), (1, 1, 1)])
 def test_thin_volumes_have_levels(tmp_path, shape_zyx) -> None:
     voxels = np.random.default_rng(3).integers(0, 256, shape_zyx).astype(np.uint8)

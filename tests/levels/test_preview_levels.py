@@ -13,6 +13,7 @@ from volprep.parts.levels.preview import preview_levels, preview_reason
 from volprep.parts.levels.rays import RaySegments, sample_level
 from volprep.parts.levels.rendered_rays import RaySight, SeenLevels
 from volprep.pipeline.build import build
+from volprep.pipeline.remarks import warnings
 from volprep.plan.level_choice import LevelChoice, LightError, Trial
 from volprep.scan.slabs import RawVolume
 from volprep.scene.request import load_request
@@ -205,8 +206,8 @@ def test_labels_are_sampled_where_the_sample_lies_and_never_mixed(monkeypatch, t
     assert samples.values.tolist() == expected
 
 
-def built(folder, more: str = "") -> Manifest:
-    scene = write_phantom_scene(folder, level_filter="auto")
+def built(folder, more: str = "", level_filter: str = "auto") -> Manifest:
+    scene = write_phantom_scene(folder, level_filter=level_filter)
     text = scene.read_text(encoding="utf-8").replace("coarsest_longest_axis = 16", "coarsest_longest_axis = 4")
     scene.write_text(text + more, encoding="utf-8")
     return build(load_request(scene), folder / "phantom.volpkg", Silent())
@@ -232,3 +233,11 @@ def test_the_key_is_absent_from_the_manifest_where_it_is_not_true(tmp_path) -> N
     text = (tmp_path / "phantom.volpkg" / "manifest.json").read_text(encoding="utf-8")
     assert '"preview_only": true' in text
     assert text.count("preview_only") == text.count('"preview_only": true')
+
+
+@pytest.mark.parametrize(("level_filter", "warned"), [("nearest", {"1", "2", "3"}), ("appearance", set())])
+def test_a_filter_of_the_scene_that_is_worse_than_box_means_is_told(tmp_path, level_filter, warned) -> None:
+    manifest = built(tmp_path, level_filter=level_filter)
+    said = [remark for remark in warnings(manifest) if "worse than box means" in remark]
+    assert {remark.split()[1] for remark in said} == warned
+    assert all(f"with filter {level_filter}, " in remark for remark in said)

@@ -15,11 +15,6 @@ from volprep_formats.package.picture import FrameTextures
 from volprep_formats.package.storage.draft import Draft
 from volprep_formats.package.texture import Texture
 from volprep_formats.progress import Progress
-from volprep_formats.record import Record
-
-
-def _settings(plan: Plan) -> tuple[Record, ...]:
-    return plan.frames
 
 
 def _run(draft: Draft, plan: Plan, progress: Progress) -> Contribution:
@@ -72,7 +67,7 @@ STAGE = Stage(
     name=FramesPlan.STAGE,
     summary="Add the textures of later frames of a time series.",
     reads=tuple(stage.name for part in PARTS for stage in part.stages),
-    package=Work(_settings, _run, shapes=None),
+    package=Work(lambda plan: plan.frames, _run, shapes=None),
     each_frame=False,
     is_needed=lambda plan: bool(plan.frames),
 )

@@ -89,7 +89,7 @@ def _missing_resolution(manifest: Manifest) -> Iterator[str]:
     finest = channel.levels[0]
     if manifest.grid is None or finest.index == 0 or manifest.subvolumes or manifest.on_demand:
         return
-    full, held = (_voxels(shape) for shape in (manifest.grid.shape_zyx, finest.grid.shape_zyx))
+    full, held = ("×".join(map(str, reversed(grid.shape_zyx))) for grid in (manifest.grid, finest.grid))
     why = next(
         (item for item in manifest.plan if (item.kind, item.level, item.channel) == (LEVEL, 0, channel.name)), None
     )
@@ -100,7 +100,3 @@ def _missing_resolution(manifest: Manifest) -> Iterator[str]:
         else "a profile with shaders may keep it"
     )
     yield f"full resolution is left out, the finest level has {held} of {full} voxels{reason}; {way}"
-
-
-def _voxels(shape_zyx: tuple[int, int, int]) -> str:
-    return "×".join(str(length) for length in reversed(shape_zyx))

@@ -172,7 +172,7 @@ def _package(record: DeviceRecord, wish: DeviceLimits) -> CheapestPackage | None
     draws = [
         min(
             (candidate.draw for candidate in _candidates(record, program, wish) if candidate.fits(wish)),
-            key=_draw_cost,
+            key=lambda draw: (draw.upload_bytes, draw.seen_rmse, draw.time_ms.expected),
             default=None,
         )
         for program in record.programs
@@ -184,10 +184,6 @@ def _package(record: DeviceRecord, wish: DeviceLimits) -> CheapestPackage | None
     return CheapestPackage(
         name=measured.name, profile=measured.profile, manifest_sha256=measured.manifest_sha256, draws=found
     )
-
-
-def _draw_cost(draw: CheapestDraw) -> tuple[int, float, float]:
-    return draw.upload_bytes, draw.seen_rmse, draw.time_ms.expected
 
 
 def _candidates(record: DeviceRecord, program: DeviceProgram, wish: DeviceLimits) -> Iterator[_Candidate]:

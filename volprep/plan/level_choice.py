@@ -5,6 +5,9 @@ from typing import Literal
 from volprep_formats.package.channel import LevelFilter
 from volprep_formats.record import Record
 
+WORSE_THAN_MEANS = 1.05
+"""A level may be worse than box means by a twentieth."""
+
 
 class AdaptedTable(Record):
     """The lookup table of one transfer function for one level."""
@@ -35,6 +38,11 @@ class Trial(Record):
     """Light of the level over that of level 0, along these rays; 1 if right."""
     seconds: float
     """Cost of making the level, and the table if it is an adapted one."""
+
+    @property
+    def error(self) -> float:
+        """Error along aimed rays; along random ones if there are no others."""
+        return self.rmse if self.seen_rmse is None else self.seen_rmse
 
 
 class LightError(Record):

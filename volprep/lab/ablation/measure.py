@@ -247,7 +247,8 @@ class VariantBench:
             files = set(item.files)
             volumes = (texture for texture in manifest.textures_of("volume") if texture.file in files)
             levels = {texture.level for texture in volumes} - {manifest.levels[0].index}
-            if not item.kept or not files or item.kind == PREVIEW or levels or _is_known(item.kind):
+            known = {PREVIEW, OWN_TABLE, *(tried.kind for tried in ITEMS)}
+            if not item.kept or not files or levels or item.kind in known:
                 continue
             yield _planned(item.name, item.reason, found=self._drawn_without(item.name, files))
 
@@ -274,10 +275,6 @@ class VariantBench:
 
     def _bytes_of(self, path: str) -> int:
         return next(record.size_bytes for record in self.planned.manifest.files if record.path == path)
-
-
-def _is_known(kind: str) -> bool:
-    return kind == OWN_TABLE or any(item.kind == kind for item in ITEMS)
 
 
 def _planned(

@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from volprep.lab.curves.choices import CHOICES, Choice, Variant
 from volprep.lab.curves.front import with_front
@@ -120,7 +119,7 @@ class _Trial:
     box_from_clip: Float64Array
     shape_hw: tuple[int, int]
     step_mm: float
-    point: Callable[[Milliseconds, Milliseconds | None], CurvePoint]
+    point: Callable[..., CurvePoint]
     """Its point, when its times are known."""
 
     def draw_ms(self) -> float:
@@ -182,7 +181,7 @@ class _Bench:
                 shape_hw=(pixels, pixels),
                 step_mm=step_mm,
                 point=partial(
-                    _point,
+                    CurvePoint,
                     label=series if len(variant.steps) == 1 else f"{series}, {ratio:g}× step",
                     series=series,
                     level=variant.level,
@@ -201,7 +200,7 @@ class _Bench:
         times = in_turns({label: trial.draw_ms for label, trial in trials.items()}, self.turns)
         for label, trial in trials.items():
             gpu = trial.renderer.gpu_times(trial.box_from_clip, trial.shape_hw, trial.step_mm, self.turns)
-            yield trial.point(times[label], None if gpu is None else Milliseconds.of(gpu))
+            yield trial.point(wall=times[label], gpu=None if gpu is None else Milliseconds.of(gpu))
 
     def _truth(self, package: Package, pixels: int) -> FloatArray:
         """Return the true picture of a package; a lit one is lit by its own light."""
@@ -211,10 +210,6 @@ class _Bench:
             subject = Subject(package, replace(self.subject.scan, normals=light), pixels)
             self._truths[key] = subject.truth(self.transfer, SWEEP_VIEW).rgba
         return self._truths[key]
-
-
-def _point(wall: Milliseconds, gpu: Milliseconds | None, **fields: Any) -> CurvePoint:
-    return CurvePoint(wall=wall, gpu=gpu, **fields)
 
 
 def _errors(picture: FloatArray, truth: FloatArray) -> CurveErrors:

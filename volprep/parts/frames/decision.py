@@ -20,9 +20,9 @@ from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL
 KIND = "frames"
 """Kind of its item of the plan."""
 _FIXED: frozenset[LevelFilter] = frozenset(
-    {"nearest", "bilinear", "two-step-bilinear", "box", "binomial", "gaussian", "lanczos3"}
+    {"nearest", "bilinear", "two-step-bilinear", "box", "binomial", "gaussian", "lanczos3", "least-squares"}
 )
-"""Filters that make a texel from the voxels around it alone."""
+"""Filters that make a texel from the voxels around it alone. A fit reaches four texels far."""
 _EXTREMA: frozenset[LevelFilter] = frozenset({"minimum", "maximum"})
 """The same, for projections only."""
 _FOR_ONE_VOLUME = (
@@ -48,7 +48,9 @@ def with_fixed_filter(scene: Scene, _profile: DeviceProfile, _channels: int) -> 
     """Return the scene of a series with a filter of levels that gives voxels that stay the same the same texels."""
     if scene.source.frames is None or scene.pyramid.filter != "auto":
         return scene
-    fixed = next(iter(_extrema(scene)), "box")
+    # Classified voxels: box means were worse than box means of values that are classified then (0.019 of 0.009).
+    means: LevelFilter = "least-squares" if scene.render.classification == "preclassified" else "box"
+    fixed = next(iter(_extrema(scene)), means)
     return scene.model_copy(update={"pyramid": scene.pyramid.model_copy(update={"filter": fixed})})
 
 

@@ -131,7 +131,7 @@ class Chooser:
     ) -> tuple[LevelChoice, RawVolume]:
         """Make a level with the candidates; give the choice, and the codes of the chosen one in a scratch file.
 
-        A candidate "refined" is left out if the budget has no room for it.
+        A candidate "refined" is left out if the budget has no room for it. A single one is compared with box means.
         """
         filters = tuple(name for name in candidates if name != "refined")
         near: tuple[LevelFilter, ...] = filters
@@ -143,9 +143,7 @@ class Chooser:
         # Those that do not make the level are done.
         advance((len(candidates) - len(near)) * self._scan.grid.shape_zyx[0])
         made = [self._made(name, level, factors, scratch, advance) for name in near]
-        if not made:
-            msg = "no candidates"
-            raise ValueError(msg)
+        compared = self._means(level, factors, scratch) if len(candidates) == 1 and near != ("box",) else []
         units = [trial for trial in (*tried_on_blocks, *made[0].trials) if trial.filter == candidates[0]]
 
         def score_of(one: _Made) -> float:
@@ -165,7 +163,7 @@ class Chooser:
             level=level,
             filter=best.name,
             tables=best.tables,
-            trials=(*tried_on_blocks, *(trial for one in made for trial in one.trials)),
+            trials=(*tried_on_blocks, *compared, *(trial for one in made for trial in one.trials)),
             beyond_budget="refined" in candidates and not self.refines(factors),
             refused=refused,
         )
@@ -186,6 +184,12 @@ class Chooser:
         seconds = time.perf_counter() - began
         tables, trials = self._compared(name, volume, factors, seconds, _SHARE_TO_CHOOSE)
         return _Made(name, volume, seconds, tables, trials)
+
+    def _means(self, level: int, factors: Factors, scratch: Callable[[str], Path]) -> list[Trial]:
+        """Return the trials of box means, which are not kept."""
+        made = self._made("box", level, factors, scratch, lambda _: None)
+        made.volume.path.unlink()
+        return made.trials
 
     def _fitted(self, made: "_Made", factors: Factors) -> "_Made":
         """Return a level with tables that are fitted along all rays."""

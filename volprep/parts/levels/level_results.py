@@ -1,5 +1,6 @@
 """Items of the plan about coarser levels, completed with the decisions of the stage that makes them."""
 
+import math
 from collections.abc import Iterator
 from typing import Literal
 
@@ -7,8 +8,8 @@ import numpy as np
 
 from volprep.parts.level_choices import choices_of, file_of_level
 from volprep.parts.levels.preview import preview_levels, preview_reason
-from volprep.plan.item_kinds import LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
-from volprep.plan.level_choice import DroppedTable, LevelChoice, Trial
+from volprep.plan.item_kinds import BEYOND, LEVEL, OWN_TABLE, TABLE_NAMES, TABLES
+from volprep.plan.level_choice import WORSE_THAN_MEANS, DroppedTable, LevelChoice, Trial
 from volprep.plan.products import EditingPlan, SegmentsPlan
 from volprep.plan.records import ChannelPlan, LookupPlan, Plan, PreintegratedPlan
 from volprep_formats.package.manifest import PlanItem
@@ -57,7 +58,9 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
     tables = {table.transfer: table for table in _tables(plan)}
     made = "fitted to the level" if plan.part(EditingPlan) is None else "of its joint histogram"
     for choice in choices_of(draft, plan):
-        if len({trial.filter for trial in choice.trials}) > 1:
+        if plan.level(choice.level).filter != "auto":
+            yield from _worse_than_means(choice, plan)
+        elif choice.trials:
             yield PlanItem(
                 name=f"filter of level {choice.level}",
                 kind="level-filter",
@@ -81,9 +84,28 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
                 level=choice.level,
                 channel=plan.channel,
                 kept=kept,
-                reason=f"light is {_error(adapted):.2g} from that of level 0 with a table {made}, "
-                f"{_error(common):.2g} with the common one{lit.get(adapted.transfer, '')}",
+                reason=f"light is {adapted.error:.2g} from that of level 0 with a table {made}, "
+                f"{common.error:.2g} with the common one{lit.get(adapted.transfer, '')}",
                 files=(file,) if kept else (),
+            )
+
+
+def _worse_than_means(choice: LevelChoice, plan: ChannelPlan) -> Iterator[PlanItem]:
+    """Yield a warning for each transfer function with which the scene's filter is worse than box means."""
+    means = {trial.transfer: trial.error for trial in choice.trials if (trial.filter, trial.table) == ("box", "common")}
+    for trial in choice.chosen:
+        of_means = means.get(trial.transfer, math.inf)
+        if trial.error > WORSE_THAN_MEANS * of_means:
+            yield PlanItem(
+                name=f"light of level {choice.level} with {trial.transfer}",
+                kind=BEYOND,
+                transfer=trial.transfer,
+                level=choice.level,
+                channel=plan.channel,
+                kept=True,
+                reason=f"level {choice.level} with {trial.transfer} is worse than box means: along rays its light is "
+                f"{trial.error:.2g} from that of level 0 with filter {choice.filter}, {of_means:.2g} with box means; "
+                'validate may refuse it (VP6070); filter = "auto" in [pyramid] tries several',
             )
 
 
@@ -144,14 +166,10 @@ def _written(choice: LevelChoice, on: Literal["whole", "blocks"]) -> str:
     for trial in choice.trials:
         if trial.on == on:
             found = best.setdefault(trial.filter, {})
-            found[trial.transfer] = min(trial, found.get(trial.transfer, trial), key=_error)
+            found[trial.transfer] = min(trial, found.get(trial.transfer, trial), key=lambda tried: tried.error)
     texts = []
     for name, trials in best.items():
-        error = float(np.mean([_error(trial) for trial in trials.values()]))
+        error = float(np.mean([trial.error for trial in trials.values()]))
         kept = min((trial.kept_light for trial in trials.values()), key=lambda part: -abs(part - 1.0))
         texts.append(f"{name} {error:.2g}" + (f" (light kept {kept:.2f})" if abs(kept - 1.0) > _NEARLY_ALL else ""))
     return ", ".join(texts)
-
-
-def _error(trial: Trial) -> float:
-    return trial.rmse if trial.seen_rmse is None else trial.seen_rmse

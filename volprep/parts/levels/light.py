@@ -103,7 +103,8 @@ class RayLight:
             adapted = self._trial(name, transfer, level, table)
             trials.append(adapted.model_copy(update={"table": "adapted", "seconds": spent}))
             if histogram is not None or badness(adapted) < (1 - _LEAST_GAIN) * badness(plain):
-                tables.append(AdaptedTable(transfer=transfer, entries=_rows(table)))
+                # Four times as fast as unpacking each row; a level has up to thirty tables of 4096 rows.
+                tables.append(AdaptedTable(transfer=transfer, entries=tuple(map(tuple, table.tolist()))))
         return tuple(tables), trials
 
     def _trial(self, name: LevelFilter, transfer: str, level: Sampled, table: Float64Array) -> Trial:
@@ -149,16 +150,10 @@ def badness(trial: Trial) -> float:
 
     Half of the light and twice the light count the same. A level that has lost nearly everything is bad enough at 5 %.
     """
-    rmse = trial.rmse if trial.seen_rmse is None else trial.seen_rmse
-    return rmse * (1.0 + abs(math.log(max(trial.kept_light, _LEAST_KEPT))))
+    return trial.error * (1.0 + abs(math.log(max(trial.kept_light, _LEAST_KEPT))))
 
 
 def rmse_of(light: Float64Array, truth: Float64Array) -> float:
     """Root mean square over channels and over rays that show something; 0 if none does."""
     error = (light - truth)[seen_pixels(light, truth)]
     return float(np.sqrt(np.mean(error**2))) if error.size else 0.0
-
-
-def _rows(table: Float64Array) -> tuple[tuple[float, float, float, float], ...]:
-    # Four times as fast as unpacking each row; a level has up to thirty tables of 4096 rows.
-    return tuple(map(tuple, table.tolist()))

@@ -16,7 +16,7 @@ of a scan with its segments, whose borders move with coarser labels: all their c
 
 from collections.abc import Sequence
 
-from volprep.plan.level_choice import LevelChoice, Trial
+from volprep.plan.level_choice import LevelChoice
 from volprep_formats.package.manifest import Tolerance
 
 _CERTAIN = 0.5
@@ -63,8 +63,4 @@ def _allowed(tolerance: Tolerance) -> float:
 
 def error_along_rays(choice: LevelChoice) -> float:
     """Return the error of the level: along rays aimed at visible voxels if it was tried along them."""
-    return max([error.rmse for error in choice.errors] + [*map(_error, choice.chosen)], default=0.0)
-
-
-def _error(trial: Trial) -> float:
-    return trial.rmse if trial.seen_rmse is None else trial.seen_rmse
+    return max([error.rmse for error in choice.errors] + [trial.error for trial in choice.chosen], default=0.0)

@@ -76,7 +76,9 @@ class ProjectedChooser:
             made[name] = written(slices, scratch(f"{level}-{name}.raw"), self._scan.shape_zyx(factors), advance)
             trials[name] = self._compared(name, made[name], factors, time.perf_counter() - began)
         first = trials[candidates[0]]
-        possible = [name for name in candidates[1:] if _worst(trials[name], first, _error) <= _CLEARLY]
+        possible = [
+            name for name in candidates[1:] if _worst(trials[name], first, lambda trial: trial.error) <= _CLEARLY
+        ]
         best = min(possible, key=lambda name: _worst(trials[name], first, badness), default=candidates[0])
         for name in set(made) - {best}:
             made[name].path.unlink()
@@ -116,10 +118,6 @@ def _drawn(light: Float64Array) -> Float64Array:
     """Return the light of pixels."""
     mean: Float64Array = light.reshape(len(_CORNERS), -1, light.shape[1]).mean(axis=0)
     return mean
-
-
-def _error(trial: Trial) -> float:
-    return trial.seen_rmse or 0.0
 
 
 def _worst(trials: Sequence[Trial], units: Sequence[Trial], measure: Callable[[Trial], float]) -> float:

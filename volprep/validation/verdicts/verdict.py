@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from volprep.plan.level_choice import WORSE_THAN_MEANS
 from volprep.truth.verdict_code import VerdictCode
 from volprep.validation.results.measurements import ErrorNumbers, ProgramResult, ViewResult
 from volprep.validation.results.seen import FullSize, NonNegative, OtherDrawing, OtherView, SeenNumbers
@@ -23,9 +24,8 @@ from volprep_formats.record import Record
 _SMALLEST_TOLERANCE = 1e-7
 _MOST_SHIFT_VOXELS = 0.25
 """Levels that are right were shifted by 0.00 to 0.06 voxels, a level begun half a voxel too early by 0.3 and more."""
-_WORSE = 1.05
-"""A level may be worse than the reference by a twentieth, and by what a target of 8 bits rounds."""
 _ROUNDING_RMSE = 0.5 / 255
+"""Beside WORSE_THAN_MEANS a level may be worse by what a target of 8 bits rounds."""
 _ROUNDING_FLIP = 0.01
 _ROUNDING_KEPT = 0.05
 
@@ -140,8 +140,8 @@ def is_worse(level: OtherView, finest: SeenNumbers) -> bool:
     if box is None:
         return False
     return (
-        seen.rmse > _WORSE * box.rmse + finest.rmse + _ROUNDING_RMSE
-        or seen.flip > _WORSE * box.flip + finest.flip + _ROUNDING_FLIP
+        seen.rmse > WORSE_THAN_MEANS * box.rmse + finest.rmse + _ROUNDING_RMSE
+        or seen.flip > WORSE_THAN_MEANS * box.flip + finest.flip + _ROUNDING_FLIP
         or _keeps_less(level.full, level.box_full, finest)
     )
 
@@ -166,7 +166,7 @@ def may_be_preview(boxes: Sequence[SeenNumbers], tolerance: Tolerance) -> bool:
     The level itself does not matter, nor does its mark: without a reference it is judged as any other. The reference
     counts as a level that is as much worse as it may be: where one had 0.0963 of 0.1, a level with 0.102 was a fault.
     """
-    worse = {"rmse": tolerance.rmse / _WORSE, "flip": tolerance.flip / _WORSE}
+    worse = {"rmse": tolerance.rmse / WORSE_THAN_MEANS, "flip": tolerance.flip / WORSE_THAN_MEANS}
     allowed = tolerance.model_copy(update={"maximum": 1.0, **worse})
     return any(not passes(box, allowed) for box in boxes)
 
