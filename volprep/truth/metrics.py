@@ -105,12 +105,13 @@ def picture_error(picture: FloatArray, truth: FloatArray) -> PictureError:
         return PictureError(0.0, 0.0, None, None, 1.0, 1.0)
     difference = np.asarray(picture, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
     foreground = _foreground(picture, truth)
+    part = part_around(foreground, _WINDOW) if foreground.any() else (slice(0), slice(0))
     psnr: dict[str, float | None] = {}
     ssim: dict[str, float] = {}
     for background in ("black", "white"):
-        one, other = over(picture, background), over(truth, background)
-        psnr[background] = _psnr_db(one[foreground], other[foreground])
-        ssim[background] = _ssim(one, other, foreground)
+        one, other = (over(value[part], background) for value in (picture, truth))
+        psnr[background] = _psnr_db(one[foreground[part]], other[foreground[part]])
+        ssim[background] = _ssim(one, other, foreground[part])
     return PictureError(
         rmse=float(np.sqrt(np.mean(difference**2))),
         maximum=float(np.abs(difference).max()),
@@ -153,11 +154,10 @@ def _psnr_db(one: Float64Array, other: Float64Array) -> float | None:
 
 
 def _ssim(one: Float64Array, other: Float64Array, foreground: NDArray[np.bool_]) -> float:
-    if not foreground.any():
+    if not foreground.size:
         return 1.0
-    part = part_around(foreground, _WINDOW)
     # By channels: arrays that fit into the cache take half of the time.
-    maps = [_similarity(*(picture[part][..., c] for picture in (one, other)))[foreground[part]] for c in range(3)]
+    maps = [_similarity(*(picture[..., c] for picture in (one, other)))[foreground] for c in range(3)]
     return float(np.mean(maps))
 
 

@@ -5,12 +5,16 @@ vessel that covers a thousandth of the picture is then not diluted by the empty 
 """
 
 from dataclasses import dataclass
+from functools import reduce
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from volprep.truth.metrics import PIXELS_PER_DEGREE, FlipError, flip_error_of, over, require_same_shape
 from volprep_formats.arrays import Float64Array, FloatArray
+
+_Float = TypeVar("_Float", bound=np.floating)
 
 LEAST_SEEN = 0.5 / 255
 """Half a step of 8 bits. Fainter values round to black."""
@@ -36,8 +40,13 @@ class SeenError:
 
 def seen_pixels(picture: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
     """Return the mask [H, W] of the pixels in which `picture` or `truth` [H, W, 4] shows something."""
-    seen: NDArray[np.bool_] = (picture.max(axis=-1) > LEAST_SEEN) | (truth.max(axis=-1) > LEAST_SEEN)
+    seen: NDArray[np.bool_] = (largest_channel(picture) > LEAST_SEEN) | (largest_channel(truth) > LEAST_SEEN)
     return seen
+
+
+def largest_channel(picture: NDArray[_Float]) -> NDArray[_Float]:
+    """Return the largest channel of each pixel; numpy's `max` over four neighbouring numbers takes 15 times as long."""
+    return reduce(np.maximum, np.moveaxis(picture, -1, 0))
 
 
 def seen_error(picture: FloatArray, truth: FloatArray) -> SeenError:
@@ -53,7 +62,7 @@ def seen_error(picture: FloatArray, truth: FloatArray) -> SeenError:
     difference = np.abs(one - other)
     off = np.zeros(len(one), np.bool_)
     for background in ("black", "white"):
-        off |= np.abs(over(one, background) - over(other, background)).max(axis=-1) > CLEARLY_OFF
+        off |= largest_channel(np.abs(over(one, background) - over(other, background))) > CLEARLY_OFF
     return SeenError(
         share=float(seen.mean()),
         rmse=float(np.sqrt(np.mean(difference**2))),

@@ -140,8 +140,12 @@ class LitLevels:
         """
         self._scan = scan
         self._efforts: dict[Factors, _Effort] = {}
+        self._seen: dict[Factors, int] = {}
+        """Voxels of each level that are seen."""
         if math.prod(scan.grid.shape_zyx) * scan.volume.dtype.itemsize > _MOST_BYTES:
             return
+        blocks, shape_zyx = scan.looks.seen_blocks, scan.grid.shape_zyx
+        self._seen = {factors: seen_voxels(blocks, factors, shape_zyx) for factors in levels}
         coarsest, *others = sorted(levels, key=math.prod, reverse=True)
         least, *more = budget.efforts
         tried = [*((level, least) for level in (coarsest, *others)), *((coarsest, level) for level in more)]
@@ -166,10 +170,8 @@ class LitLevels:
 
     def _counts(self, factors: Factors, effort: _Effort) -> tuple[int, int]:
         """Return the number of rays in all directions, and of those straight at faces that cut through something."""
-        blocks = self._scan.looks.seen_blocks
-        voxels = seen_voxels(blocks, factors, self._scan.grid.shape_zyx)
-        at_faces = int(effort.rays_at_faces * cut_face_voxels(blocks, factors))
-        return max(effort.rays_per_voxel * voxels, _FEWEST_RAYS), at_faces
+        at_faces = int(effort.rays_at_faces * cut_face_voxels(self._scan.looks.seen_blocks, factors))
+        return max(effort.rays_per_voxel * self._seen[factors], _FEWEST_RAYS), at_faces
 
     @cached_property
     def _rays(self) -> tuple["_KnownRays", "_KnownRays"]:

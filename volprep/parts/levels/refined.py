@@ -216,6 +216,8 @@ def seen_voxels(blocks: SeenBlocks, factors: Factors, shape_zyx: tuple[int, int,
     ratios = [max(1, factor // blocks.edge) for factor in factors]
     seen = blocks.seen
     for axis, ratio in enumerate(ratios):
+        if ratio == 1:
+            continue
         starts = np.arange(0, seen.shape[axis], ratio)
         seen = np.logical_or.reduceat(seen, starts, axis=axis)
     # A block may hold several voxels of the level, but no more than a thin volume has.

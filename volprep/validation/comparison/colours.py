@@ -7,6 +7,7 @@ as bright reads as more, also for colour-blind people and on paper.
 import numpy as np
 
 from volprep.truth.picture import encoded
+from volprep.truth.seen import largest_channel
 from volprep_formats.arrays import Float32Array, FloatArray, UInt8Array
 
 _LARGEST_GAIN = 256.0
@@ -28,8 +29,7 @@ def css_bytes(colour: UInt8Array) -> str:
 def largest_difference(first: FloatArray, second: FloatArray) -> Float32Array:
     """Return the largest difference of each pixel's four channels, [H, W]."""
     difference = np.asarray(first, dtype=np.float64) - second
-    largest: Float32Array = np.abs(difference).max(axis=-1).astype(np.float32)
-    return largest
+    return largest_channel(np.abs(difference)).astype(np.float32)
 
 
 def gain_for(differences: FloatArray) -> float:

@@ -24,6 +24,7 @@ import numpy as np
 
 from volprep.render.renderer import Renderer
 from volprep.render.renderers import ray_caster_of
+from volprep.truth.seen import largest_channel
 from volprep.validation.bench import Bench
 from volprep.validation.comparison.altered import Altered
 from volprep.validation.comparison.colours import coloured
@@ -255,7 +256,7 @@ def _mean(subject: Subject, camera: Float64Array, counted: Float64Array) -> floa
 
 
 def _difference(subject: Subject, camera: Float64Array, one: Float32Array, other: Float32Array) -> float:
-    difference = np.abs(one - other).max(axis=-1)
+    difference = largest_channel(np.abs(one - other))
     if subject.render.projection == "perspective":
         # Rounding may give a ray one sample more, which is neither better nor worse.
         chords = chords_mm(camera, one.shape[:2], subject.grid)
