@@ -90,8 +90,9 @@ class IndexMesh:
     @property
     def is_watertight(self) -> bool:
         """Whether each edge belongs to two triangles."""
-        edges = np.sort(self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        counts = np.unique(edges, axis=0, return_counts=True)[1]
+        low, high = np.sort(self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1).T
+        # One number for an edge: pairs take 8 times as long to sort.
+        counts = np.unique(low * len(self.positions_zyx) + high, return_counts=True)[1]
         return bool((counts == 2).all())
 
 

@@ -200,17 +200,22 @@ def _of_segments(
     image: LabelImage, labels: NDArray[np.generic], grid: Grid, within_mm: float, progress: Progress
 ) -> Iterator[_Made]:
     """Yield the mesh of each segment that is visible at first."""
-    from scipy.ndimage import gaussian_filter  # noqa: PLC0415 - in an extra
+    from scipy.ndimage import find_objects, gaussian_filter  # noqa: PLC0415 - in an extra
 
+    codes, numbered = np.unique(labels, return_inverse=True)
+    boxes = dict(zip(codes.tolist(), find_objects(numbered.reshape(labels.shape) + 1), strict=True))
     seen = {member for entry in image.entries if entry.rgba[3] > 0 for member in entry.members}
     progress.start("surfaces of segments", len(image.segments))
     for index, segment in enumerate(image.segments):
         progress.advance()
-        mask = np.isin(labels, [entry.value for entry in image.entries if index in entry.members])
-        if index not in seen or not mask.any():
+        values = [entry.value for entry in image.entries if index in entry.members and entry.value in boxes]
+        if index not in seen or not values:
             continue
-        box = tuple(slice(max(0, int(at.min()) - _MARGIN), int(at.max()) + _MARGIN + 1) for at in np.nonzero(mask))
-        part = mask[box].astype(np.float32)
+        box = tuple(
+            slice(max(0, min(span.start for span in spans) - _MARGIN), max(span.stop for span in spans) + _MARGIN)
+            for spans in zip(*(boxes[value] for value in values), strict=True)
+        )
+        part = np.isin(labels[box], values).astype(np.float32)
         start = [span.start for span in box]
         inside = _part_of(grid, start, part.shape)
         # A segment of few voxels may vanish in the filter.
