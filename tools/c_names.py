@@ -48,7 +48,6 @@ ENUMS = {
     "MosaicLayout.order": "mosaic_order",
     "OnDemand.format": "brick_format",
     "Normals.code": "normal_code",
-    "Normals.space": "normal_space",
     "Segments.border": "segment_border",
     "SkipTable.kind": "skip_kind",
     "Uniform.source": "uniform_source",

@@ -178,7 +178,6 @@ typedef enum volpkg_move { VOLPKG_MOVE_MINUS_X, VOLPKG_MOVE_PLUS_X, VOLPKG_MOVE_
     VOLPKG_MOVE_MINUS_Z, VOLPKG_MOVE_PLUS_Z } volpkg_move;
 typedef enum volpkg_normal_code { VOLPKG_NORMAL_CODE_BIASED8, VOLPKG_NORMAL_CODE_SNORM8, VOLPKG_NORMAL_CODE_OCT8,
     VOLPKG_NORMAL_CODE_OCT12 } volpkg_normal_code;
-typedef enum volpkg_normal_space { VOLPKG_NORMAL_SPACE_BOX, VOLPKG_NORMAL_SPACE_PATIENT } volpkg_normal_space;
 typedef enum volpkg_normals_from { VOLPKG_NORMALS_FROM_VOLUME, VOLPKG_NORMALS_FROM_FORWARD, VOLPKG_NORMALS_FROM_CENTRAL
     } volpkg_normals_from;
 typedef enum volpkg_opacity_source { VOLPKG_OPACITY_SOURCE_ALPHA, VOLPKG_OPACITY_SOURCE_BLACK_AND_WHITE,
@@ -773,18 +772,13 @@ typedef struct volpkg_mosaic {
     int32_t texture_shape_yx[2];
 } volpkg_mosaic;
 
-/* Unit vectors along the gradient, towards larger values. Their negatives point out of a bright body. */
+/* Unit vectors in box space along the gradient, towards larger values. Their negatives leave a bright body. */
 typedef struct volpkg_normals {
     /* Encoding of the bytes. Two-number codes must not be filtered: sample their texture with NEAREST. */
     volpkg_normal_code code;
-    /* Axes of the vectors. */
-    volpkg_normal_space space;
     /* Method of measuring the gradient at level 0. A voxel of a coarser level has the mean over its voxels of level 0.
        A reader accepts any other word. */
     const char* kernel;
-    /* Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
-       absent if the texels hold no length. -1 if absent. */
-    double largest_gradient;
 } volpkg_normals;
 
 /* Light that multiplies the colour of each sample. It is the same for all levels. A transfer function has light of the
@@ -3484,14 +3478,9 @@ static const volpkg__named volpkg__normal_code_words[] = {{"biased8", VOLPKG_NOR
     {"snorm8", VOLPKG_NORMAL_CODE_SNORM8}, {"oct8", VOLPKG_NORMAL_CODE_OCT8}, {"oct12", VOLPKG_NORMAL_CODE_OCT12},
     {NULL, 0}};
 VOLPKG__WORDS(volpkg__normal_code_word, VOLPKG__NAMED, 0, volpkg__normal_code_words)
-static const volpkg__named volpkg__normal_space_words[] = {{"box", VOLPKG_NORMAL_SPACE_BOX},
-    {"patient", VOLPKG_NORMAL_SPACE_PATIENT}, {NULL, 0}};
-VOLPKG__WORDS(volpkg__normal_space_word, VOLPKG__NAMED, 0, volpkg__normal_space_words)
 static const volpkg__field volpkg__normals_fields[] = {
     {"code", &volpkg__normal_code_word, offsetof(volpkg_normals, code), VOLPKG__NEEDED, 0, NULL},
-    {"space", &volpkg__normal_space_word, offsetof(volpkg_normals, space), VOLPKG__NEEDED, 0, NULL},
     {"kernel", &volpkg__string, offsetof(volpkg_normals, kernel), VOLPKG__NEEDED, 0, NULL},
-    {"largest_gradient", &volpkg__real_from_0, offsetof(volpkg_normals, largest_gradient), VOLPKG__NULLABLE, -1, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__normals_record, volpkg_normals, volpkg__normals_fields)
 VOLPKG__MAYBE(volpkg__normals_record_pointer, volpkg__normals_record)

@@ -31,7 +31,7 @@ export const SCHEMA = {
   LightPass: "vertex: p; fragment: p; geometry: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; sampler: s; target: =rgba8|rgba16f|rgba32f; uniforms: *Uniform; reads?: *s; size?: I~; blend: Blend; behind: Blend",
   Manifest: "textures?: *Texture; palettes?: *Palette; skipping?: Skipping~; editing?: Editing~; subvolumes?: SubvolumeFiles~; on_demand?: OnDemand~; proxy?: Proxy~; preview?: p~; name: s; generator: s; profile: DeviceProfile; grid?: Grid~; frames?: *(1,1024)SeriesFrame~; pictures?: *Picture; segments?: Segments~; compression?: *CompressedForm; render?: RenderSettings~; plan?: *PlanItem; format?: =volpkg; version?: v; extensions_used?: *s; extensions_required?: *s; state: =draft|sealed; channels?: *Channel; programs?: *Program; stages?: *a; files?: *FileRecord",
   MosaicLayout: "tile_shape_yx: 2I; slices: I; components_per_voxel?: #(1,4); slices_per_texel: #=1|4; order?: =interleaved|planar|overlapping; gutter?: U; padding_yx?: 2U; tiles_x: I; tiles_y: I; textures?: #(1,8); texture_shape_yx: 2I",
-  Normals: "code: =biased8|snorm8|oct8|oct12; space: =box|patient; kernel: s; largest_gradient?: N~",
+  Normals: "code: =biased8|snorm8|oct8|oct12; kernel: s",
   OnDemand: "index: p; bricks: p; size: #(2,128); ghost: #(1,2); levels: *(1,16)BrickLevel; format: =r8unorm|r16unorm|r16float; places_zyx: 3#(1,255)",
   OtherRepair: "kind: s; interpolation?: s",
   Palette: "transfer: s; entries: *(2,256)PaletteEntry",

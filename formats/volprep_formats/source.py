@@ -1,6 +1,5 @@
 """The result of every reader: one volume at full precision, readable slab by slab."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, Protocol, Self, runtime_checkable
 
@@ -8,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, FiniteFloat, model_validator
 
-from volprep_formats.grid import LONGEST_AXIS, Affine, Count, Grid, Length, Signed
+from volprep_formats.grid import LONGEST_AXIS, Affine, Count, Grid, Length
 from volprep_formats.label_tables.table import LABEL_TABLES
 from volprep_formats.path_text import path_of_text, path_text
 from volprep_formats.record import Record
+from volprep_formats.repairs import GapRepair, OtherRepair, TiltRepair
 
 StoredType = Literal["uint8", "int16", "uint16", "float32"]
 """Voxel types that volprep computes with. A reader converts others to the smallest of these that holds them."""
@@ -310,51 +310,6 @@ class ChannelSpec(SourceSpec):
         return self
 
 
-class GapRepair(Record):
-    """Resampling of unevenly spaced slices to `usual_gap_mm`, or to the nearest distance that divides the whole."""
-
-    kind: Literal["gaps"] = "gaps"
-    """Kind of repair."""
-    interpolation: Literal["linear"] = "linear"
-    """Interpolation between the two neighbouring slices. Integers are rounded to the nearest."""
-    slices_before: Count
-    """Number of slices of the source."""
-    slices_after: Count
-    """Number of resampled slices."""
-    usual_gap_mm: Length
-    """Lower median of the distances in the source, in millimetres."""
-    largest_gap_mm: Length
-    """Largest distance in the source, in millimetres."""
-
-
-class TiltRepair(Record):
-    """The slices of a tilted gantry were moved sideways within their planes, so that they lie above each other."""
-
-    kind: Literal["tilt"] = "tilt"
-    """Kind of repair."""
-    interpolation: Literal["linear"] = "linear"
-    """Interpolation within each slice. Integers are rounded to the nearest."""
-    about_rows_deg: float
-    """Angle of the shear that was removed: from slice to slice along the columns, in degrees."""
-    about_columns_deg: float
-    """The same along the rows, in degrees."""
-    added_rows: Signed
-    """Number of rows that were added to the slices, so that nothing was cut off."""
-    added_columns: Signed
-    """Number of columns that were added to the slices."""
-    padding: float
-    """Physical value of the voxels that no slice covers: the lowest of the source."""
-
-
-class OtherRepair(Record):
-    """A repair of a kind that a later version adds."""
-
-    kind: str
-    """Kind of repair."""
-    interpolation: str = ""
-    """Interpolation that made the new values; empty if it is not known."""
-
-
 class SourceInfo(Record):
     """Facts from the header of a source. None of them can name a patient."""
 
@@ -423,39 +378,3 @@ def read_labels(source: VolumeSource, z0: int, z1: int) -> NDArray[np.generic]:
     Numbers of labels may be larger than 2^24, beyond which 32-bit floating point does not have all of them.
     """
     return source.read_unrounded(z0, z1) if isinstance(source, UnroundedSource) else source.read_slab(z0, z1)
-
-
-class SlicePlaces(Record):
-    """Positions of parallel slices that do not form a grid."""
-
-    folder: str
-    """Path of the slices, for messages."""
-    along_mm: tuple[float, ...]
-    """Distance of each slice from the first, along the normal."""
-    beside_mm_xy: tuple[tuple[float, float], ...]
-    """Shift of each slice beside the first, along its index axes x and y."""
-    repairs: tuple[RepairKind, ...]
-    """The repair that makes them a volume."""
-
-
-@dataclass(frozen=True)
-class UnevenSource:
-    """Slices that do not form a grid. Not a `VolumeSource`: drawn as one it would be a wrong volume."""
-
-    slices: VolumeSource
-    """The slices as they are in the files."""
-    places: SlicePlaces
-    """Positions of the slices."""
-
-    @property
-    def nominal(self) -> SourceInfo:
-        """Type and photometry. Only the first slice lies where this grid says; the distance is the mean."""
-        return self.slices.info
-
-    def __enter__(self) -> Self:
-        """Return the source itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Close open files."""
-        self.slices.__exit__(*exception)

@@ -32,7 +32,7 @@ from .bandwidth import copy_all
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from normal_fields import (
-    IDENTITY,
+    EVEN,
     WHOLE,
     AnalyticField,
     angles,
@@ -150,7 +150,7 @@ def _speed() -> tuple[float, tuple[NormalsSpeed, ...]]:
 
 
 def _run(source: NDArray[np.generic], kernel: str, code: str, output: NDArray[np.uint8]) -> None:
-    _native.normals(source, kernel, WHOLE, IDENTITY, code, 0.0, output)
+    _native.normals(source, kernel, WHOLE, EVEN, code, output)
 
 
 def _with_scipy(source: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -209,7 +209,7 @@ def _on_field(
     exact = field.value(at) + np.random.default_rng(2).normal(0, noise, at.shape[:3])
     values = np.rint((exact + 0.25) / 1.5 * 65535).clip(0, 65535).astype(np.uint16)
     vectors = np.empty((*values.shape, 3), np.float32)
-    _native.gradient(values, kernel, WHOLE, IDENTITY, vectors)
+    _native.gradient(values, kernel, WHOLE, EVEN, vectors)
     rows = [_error(name, noise, kernel, "float32", angles(vectors[seen].astype(np.float64), true[seen]))]
     for code in CODES:
         octets = np.empty((*values.shape, DIRECTION_BYTES[code]), np.uint8)

@@ -11,7 +11,6 @@ from phantom_scene import write_phantom_scene
 from scene_builds import view_of
 from tiny_packages import function, tiny_package
 
-from volprep.parts.gradient import gradients
 from volprep.parts.mosaic.montage import write_montage
 from volprep.render.renderer import Renderer
 from volprep.scan import slabs
@@ -26,7 +25,6 @@ from volprep_formats.package.reader import Package
 from volprep_formats.textures import ktx2
 
 FOG = function((0.0, (0.2, 0.4, 0.8), 0.1), (255.0, (0.2, 0.4, 0.8), 0.1))
-OBLIQUE = ((0.0, -0.6, 0.8), (1.0, 0.0, 0.0), (0.0, 0.8, 0.6))
 
 
 def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
@@ -37,7 +35,7 @@ def built(folder: Path, tables: str, profile: str = "gles3") -> Path:
     return folder / "p.volpkg"
 
 
-LIT = '[quantize]\nbits = 8\n[render]\nlighting = "headlight"\n[normals]\n[lab.normals]\nmagnitude = true\n'
+LIT = '[quantize]\nbits = 8\n[render]\nlighting = "headlight"\n[normals]\n'
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +63,6 @@ def test_a_lit_scene_has_normals_of_every_level_and_a_program_that_reads_them(li
     assert item(package, "normals").kept
     assert set(item(package, "normals").files) == {texture.file for texture in held}
     assert item(package, "normals").size_bytes == sum((lit / texture.file).stat().st_size for texture in held)
-    assert item(package, "lengths of gradients").kept
 
 
 def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
@@ -77,10 +74,9 @@ def test_without_light_nothing_of_normals_is_in_the_package(tmp_path):
 
 @pytest.mark.long
 def test_normals_can_be_data_for_an_app_with_a_light_of_its_own(tmp_path):
-    package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\n[lab.normals]\nspace = "patient"\n'))
+    package = Package.open(built(tmp_path, '[normals]\ncode = "oct12"\n'))
     texture, _ = normals_of(package)
     assert texture.filter == "nearest"
-    assert texture.normals.space == "patient"
     assert "no shader reads them" in item(package, "normals").reason
     assert all(program.lighting == "none" for program in package.manifest.programs)
     validate(package.path, tmp_path / "report", picture_size=16)
@@ -138,7 +134,7 @@ def test_a_skip_table_needs_a_texture_unit_that_normals_leave(tmp_path):
 
 @pytest.mark.long
 def test_mosaics_of_normals_are_the_same_however_slabs_are_cut(tmp_path, monkeypatch):
-    wanted = "[normals]\n[lab.normals]\nmagnitude = true\n"
+    wanted = "[normals]\n"
     (tmp_path / "again").mkdir()
     whole = Package.open(built(tmp_path, wanted, "gles2-2048"))
     monkeypatch.setattr(slabs, "SLAB_BYTES", 5000)
@@ -154,11 +150,6 @@ def test_a_profile_without_the_format_of_a_code_says_which_it_has(tmp_path):
     (tmp_path / "old.toml").write_text(text.replace('"rgb8snorm", ', ""), encoding="utf-8")
     with pytest.raises(VolprepError, match="VP3050 normals of code snorm8 need textures of format rgb8snorm, but"):
         built(tmp_path, '[normals]\ncode = "snorm8"', "old.toml")
-
-
-def test_light_needs_normals_along_the_volumes_axes(tmp_path):
-    with pytest.raises(VolprepError, match=r"VP3003 .*normals.space is patient"):
-        built(tmp_path, '[render]\nlighting = "headlight"\n[lab.normals]\nspace = "patient"')
 
 
 @pytest.mark.long
@@ -198,20 +189,12 @@ def test_normals_can_be_looked_at(tmp_path, profile, code):
 @pytest.mark.parametrize("code", ["biased8", "oct8"])
 def test_axes_of_one_voxel_have_no_slope(tmp_path, shape, code):
     codes = np.random.default_rng(1).integers(0, 256, shape, np.uint8)
-    package = tiny_package(tmp_path / "p", codes, FOG, normals=NormalSettings(code=code, magnitude=True))
+    package = tiny_package(tmp_path / "p", codes, FOG, normals=NormalSettings(code=code))
     _, texels = normals_of(package)
     vectors = decoded(texels, code)
     thin = [axis for axis in range(3) if shape[axis] == 1]
     assert np.abs(vectors[..., [2 - axis for axis in thin]]).max() <= 1e-6
     assert np.isfinite(vectors).all()
-
-
-def test_a_constant_volume_has_lengths_of_zero(tmp_path):
-    codes = np.full((4, 5, 6), 99, np.uint8)
-    package = tiny_package(tmp_path / "p", codes, FOG, normals=NormalSettings(magnitude=True))
-    texture, texels = normals_of(package)
-    assert texture.normals.largest_gradient == 0.0
-    assert (texels == [128, 128, 128, 0]).all()
 
 
 @pytest.mark.parametrize("spacing", [(100.0, 1.0, 1.0), (1.0, 100.0, 1.0), (0.01, 0.5, 1.0)], ids=str)
@@ -228,36 +211,3 @@ def test_a_plane_has_its_normal_whatever_the_spacing(tmp_path, spacing):
     rise = 65535 / field.max() * normal * np.array(spacing[::-1])
     expected = np.linalg.norm(0.5 * normal / rise) + np.radians(0.06)
     assert np.arccos(np.minimum(vectors @ normal, 1)).max() <= expected
-
-
-def test_normals_of_the_patient_are_those_of_the_box_turned(tmp_path):
-    codes = np.random.default_rng(5).integers(0, 256, (6, 7, 8), np.uint8)
-    grid = Grid.of(codes.shape, (2.0, 1.0, 0.5), direction=OBLIQUE)
-    found = {
-        space: decoded(
-            normals_of(
-                tiny_package(tmp_path / space, codes, FOG, grid=grid, normals=NormalSettings(code="oct12", space=space))
-            )[1],
-            "oct12",
-        )
-        for space in ("box", "patient")
-    }
-    turned = found["box"] @ np.array(OBLIQUE).T
-    # Each is off by the code's 0.06° at most.
-    assert np.linalg.norm(turned - found["patient"], axis=-1).max() <= 2 * np.radians(0.06)
-
-
-def test_the_lengths_are_those_of_the_gradient_in_physical_units(lit):
-    package = Package.open(lit)
-    texture, texels = normals_of(package)
-    manifest = package.manifest
-    quantization = manifest.quantization
-    level = manifest.levels[0]
-    volume = next(each for each in manifest.textures if (each.role, each.level) == ("volume", level.index))
-    image = ktx2.decode(package.read_bytes(volume.file), volume.file)
-    assert image.format == "r8unorm"
-    truth = np.linalg.norm(gradients(image.data, level.grid, "thesis", quantization.slope).astype(float), axis=-1)
-    largest = texture.normals.largest_gradient
-    assert largest == pytest.approx(truth.max(), rel=1e-6)
-    # Half a code, and float32.
-    assert np.abs(texels[..., 3] / 255 * largest - truth).max() <= largest * (0.5 / 255 + 1e-6)

@@ -27,17 +27,11 @@ def code(request):
     return request.param
 
 
-@pytest.fixture(params=[False, True], ids=["directions", "lengths"])
-def magnitude(request):
-    return request.param
-
-
-def lit(folder, code, magnitude):
+def lit(folder, code):
     codes = np.random.default_rng(1).integers(0, 256, SHAPE, np.uint8)
     # Without a gradient in the middle, so that the flag is decoded, too.
     codes[2:6, 4:9, 4:9] = 77
-    settings = NormalSettings(code=code, magnitude=magnitude)
-    return tiny_package(folder / "p", codes, WHITE, normals=settings, lighting="headlight")
+    return tiny_package(folder / "p", codes, WHITE, normals=NormalSettings(code=code), lighting="headlight")
 
 
 def texels_of(package):
@@ -79,8 +73,8 @@ def unit(vectors):
     return np.where(length > 0.01, vectors / np.maximum(length, 1e-9), 0.0)
 
 
-def test_the_shader_decodes_what_the_decoder_in_numpy_does(tmp_path, code, magnitude):
-    package = lit(tmp_path, code, magnitude)
+def test_the_shader_decodes_what_the_decoder_in_numpy_does(tmp_path, code):
+    package = lit(tmp_path, code)
     _, texels = texels_of(package)
     truth = decoded(texels.view(np.uint8), code)
     assert (np.linalg.norm(truth, axis=-1) == 0).sum() >= 2 * 3 * 3
@@ -89,7 +83,7 @@ def test_the_shader_decodes_what_the_decoder_in_numpy_does(tmp_path, code, magni
 
 @pytest.mark.parametrize("filtered", ["biased8", "snorm8"])
 def test_codes_of_three_numbers_may_be_filtered(tmp_path, filtered):
-    package = lit(tmp_path, filtered, magnitude=False)
+    package = lit(tmp_path, filtered)
     _, texels = texels_of(package)
     raw = texels.astype(np.float64) - 128 if filtered == "biased8" else texels.astype(np.float64)
     between = (raw[:, :, 1:] + raw[:, :, :-1]) / 2 / 127
@@ -99,21 +93,8 @@ def test_codes_of_three_numbers_may_be_filtered(tmp_path, filtered):
 
 
 def test_codes_of_two_numbers_are_sampled_with_the_nearest_texel(tmp_path):
-    package = lit(tmp_path, "oct8", magnitude=False)
+    package = lit(tmp_path, "oct8")
     texture, texels = texels_of(package)
     assert texture.filter == "nearest"
     found = fetched(package, (0.4, -0.4, 0.4))
     np.testing.assert_allclose(unit(found), decoded(texels, "oct8"), rtol=0, atol=NEAREST)
-
-
-def test_the_last_channel_holds_the_length_of_the_gradient(tmp_path, code):
-    package = lit(tmp_path, code, magnitude=True)
-    texture, texels = texels_of(package)
-    normals = texture.normals
-    assert normals is not None
-    largest = 127 if code == "snorm8" else 255
-    assert texels[..., -1].max() == largest
-    assert (texels[..., -1][(decoded(texels.view(np.uint8), code) == 0).all(axis=-1)] == 0).all()
-    assert normals.largest_gradient is not None
-    # Of noise from 0 to 255: no slope is longer than the whole range over two voxels, or one at the border.
-    assert 20 < normals.largest_gradient < 255 * np.sqrt(3)

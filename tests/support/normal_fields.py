@@ -12,7 +12,7 @@ from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, Gradie
 
 Array = NDArray[np.float64]
 WHOLE = (False, False)
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+EVEN = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def coded(vectors: Array, code: NormalCode) -> Array:
     cubes = np.zeros((3, 3, 3 * len(vectors)), np.float32)
     cubes[1, 1, 2::3], cubes[1, 2, 1::3], cubes[2, 1, 1::3] = vectors.T
     octets = np.empty((*cubes.shape, DIRECTION_BYTES[code]), np.uint8)
-    _native.normals(cubes, "central", WHOLE, IDENTITY, code, 0.0, octets)
+    _native.normals(cubes, "central", WHOLE, EVEN, code, octets)
     return decoded(octets[1, 1, 1::3], code)
 
 
@@ -109,7 +109,7 @@ def wave_gradients(kernel: GradientKernel, waves: Array) -> Array:
     phase = waves @ np.stack([x, y, z]).reshape(3, 27)
     cubes = np.sin(phase).reshape(-1, 3, 3, 3).transpose(1, 2, 0, 3).reshape(3, 3, -1).astype(np.float32)
     vectors = np.empty((*cubes.shape, 3), np.float32)
-    _native.gradient(cubes, kernel, WHOLE, IDENTITY, vectors)
+    _native.gradient(cubes, kernel, WHOLE, EVEN, vectors)
     return vectors[1, 1, 1::3].astype(np.float64)
 
 

@@ -15,7 +15,7 @@ from volprep.shading.rays import vertex_shader
 from volprep_formats.package.parts.normals.record import NormalCode, Normals
 from volprep_formats.package.texture import MosaicLayout, Texture
 
-_FORMATS = {2: "rg8unorm", 3: "rgb8unorm", 4: "rgba8unorm"}
+_FORMATS = {2: "rg8unorm", 3: "rgb8unorm"}
 _MAIN = "void main() { gl_FragColor = vec4(normal_at(position(v_near.xyz / v_near.w)), 1.0); }\n"
 Triple = tuple[float, float, float]
 
@@ -36,7 +36,7 @@ def normals_probe(
         filter="linear" if code == "biased8" else "nearest",
         level=0,
         mosaic=layout,
-        normals=Normals(kernel="thesis", code=code, space="box"),
+        normals=Normals(kernel="thesis", code=code),
     )
     depth, height, width, _ = codes.shape
     # The volume lies in a mosaic of its own.

@@ -17,7 +17,9 @@ from volprep.scan.repair import open_scan
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_slices, open_source
-from volprep_formats.source import GapRepair, SourceInfo, SourceSpec, TiltRepair, UnevenSource, VolumeSource
+from volprep_formats.repairs import GapRepair, TiltRepair
+from volprep_formats.source import SourceInfo, SourceSpec, VolumeSource
+from volprep_formats.uneven_source import UnevenSource
 
 ROW, COLUMN = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, -1.0])
 NORMAL = np.cross(ROW, COLUMN)

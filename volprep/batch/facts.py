@@ -8,7 +8,8 @@ from volprep_formats.progress import Silent
 from volprep_formats.readers import open_slices
 from volprep_formats.readers.dicom.listing import listed_series
 from volprep_formats.readers.dicom.scan import Series
-from volprep_formats.source import SourceSpec, UnevenSource
+from volprep_formats.source import SourceSpec
+from volprep_formats.uneven_source import UnevenSource
 
 
 @dataclass(frozen=True)

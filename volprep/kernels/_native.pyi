@@ -739,11 +739,11 @@ def gradient(
     src: NDArray[generic],
     kernel: str,
     halo: tuple[bool, bool],
-    matrix: Sequence[float],
+    scale_xyz: Sequence[float],
     dst: NDArray[float32],
     threads: int = 0,
 ) -> None:
-    """Write matrix · (x, y, z) of the sums of differences at each voxel of a slab.
+    """Write the scaled sums of differences along x, y and z at each voxel of a slab.
 
     The kernels are forward, central, thesis, sobel and isotropic; their sums are the slope of a ramp, per voxel, times
     1, 2, 44, 32 and 72. What lies outside the volume is the voxel at its edge, and the difference along the axis is
@@ -758,32 +758,25 @@ def gradient(
     halo
         Whether the first and the last slice belong to the neighbours: they are read, and get no vector. Where there is
         no halo the volume ends.
-    matrix
-        3×3, row by row: what turns the sums into the wanted unit and space.
+    scale_xyz
+        Factors of the sums along x, y and z, which give the wanted unit.
     dst
         float32 [z, y, x, 3], without the halo.
     """
-
-def largest_gradient(
-    src: NDArray[generic], kernel: str, halo: tuple[bool, bool], matrix: Sequence[float], threads: int = 0
-) -> float:
-    """Length of the longest vector that gradient would give for uint8 or uint16."""
 
 def normals(
     src: NDArray[generic],
     kernel: str,
     halo: tuple[bool, bool],
-    matrix: Sequence[float],
+    scale_xyz: Sequence[float],
     code: str,
-    magnitude_factor: float,
     dst: NDArray[uint8],
     threads: int = 0,
 ) -> None:
     """Write the code of the direction of each vector that gradient would give.
 
     The codes are biased8, snorm8, oct8 and oct12, of 3, 3, 2 and 3 bytes; native/include/volprep/normals.hpp defines
-    them. With a magnitude_factor above 0 one more byte holds min(round(magnitude_factor · length), 255), or 127 for
-    snorm8. dst is uint8 [z, y, x, bytes], without the halo. The other arguments, and what is raised, are those of
+    them. dst is uint8 [z, y, x, bytes], without the halo. The other arguments, and what is raised, are those of
     gradient.
     """
 
@@ -792,9 +785,8 @@ def coarse_normals(
     kernel: str,
     halo: tuple[bool, bool],
     factors_zyx: Sequence[int],
-    matrix: Sequence[float],
+    scale_xyz: Sequence[float],
     code: str,
-    magnitude_factor: float,
     dst: NDArray[uint8],
     threads: int = 0,
 ) -> None:

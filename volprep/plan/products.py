@@ -10,7 +10,7 @@ from volprep_formats.package.parts.editing.record import Editing
 from volprep_formats.package.parts.light.model import LightModel
 from volprep_formats.package.parts.light.planes import ClipPlane
 from volprep_formats.package.parts.light.record import form_of
-from volprep_formats.package.parts.normals.record import GradientKernel, NormalMeaning
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.on_demand.record import OnDemand
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.segments.record import Segments
@@ -98,13 +98,13 @@ class NormalTexturePlan(TextureContent):
     """The KTX 2 file of each."""
 
 
-class NormalsPlan(NormalMeaning):
+class NormalsPlan(Record):
     """Normals of every level that the package holds."""
 
+    code: NormalCode
+    """Encoding of the bytes."""
     kernel: GradientKernel
     """How the gradient is measured at level 0. A voxel of a coarser level has the mean over its voxels of level 0."""
-    magnitude: bool
-    """Whether the last channel holds the length of the gradient."""
     format: TextureFormat
     """Format of a texel."""
     filter: SampleFilter

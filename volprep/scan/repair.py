@@ -19,7 +19,9 @@ from volprep_formats.grid import Grid
 from volprep_formats.opened_source import OpenedSource
 from volprep_formats.progress import Progress
 from volprep_formats.readers import open_slices, open_source
-from volprep_formats.source import GapRepair, SourceSpec, TiltRepair, UnevenSource, VolumeSource
+from volprep_formats.repairs import GapRepair, TiltRepair
+from volprep_formats.source import SourceSpec, VolumeSource
+from volprep_formats.uneven_source import UnevenSource
 
 _MOST_GROWTH = 4
 """A repair that makes more than this many times the slices, rows or columns invents more than it reads."""

@@ -10,7 +10,6 @@ KEYS: Mapping[str, frozenset[str]] = {
     "hybrid": frozenset(("lines", "opacity")),
     "lighting": frozenset(("radius_mm",)),
     "mosaic": frozenset(("order", "gutter")),
-    "normals": frozenset(("magnitude", "space")),
     "proxy": frozenset(("draco", "epsilon", "transfers", "levels")),
     "pyramid": frozenset(("refine",)),
     "render": frozenset(("palette_entries",)),

@@ -17,7 +17,7 @@ from volprep_formats.package.manifest import Projection, Tolerance
 from volprep_formats.package.parts.hybrid.record import OpacitySource
 from volprep_formats.package.parts.light.model import BakedKind, LightChannels, LightColour, Sun
 from volprep_formats.package.parts.light.planes import MOST_PLANES, ClipPlane
-from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode, NormalSpace
+from volprep_formats.package.parts.normals.record import GradientKernel, NormalCode
 from volprep_formats.package.parts.proxy.record import ProxyForm
 from volprep_formats.package.parts.skip.record import SkipKind
 from volprep_formats.package.parts.slices.record import StackAxis
@@ -131,11 +131,6 @@ class NormalSettings(Record):
     """Encoding of the normals. "biased8": three bytes, which every device can filter. "snorm8": three signed bytes,
     OpenGL ES 3.0. "oct8" and "oct12": two and three bytes, which must not be filtered; "oct12" is eight times more
     exact. The build warns if their light may be beyond the tolerance."""
-    magnitude: bool = False
-    """Whether one more byte holds the length of the gradient."""
-    space: NormalSpace = "box"
-    """Coordinate system of the vectors. "box": the volume's, in which shaders have rays and positions, so that none
-    needs a matrix. "patient": patient axes (LPS), for an app that lights several volumes in one space."""
 
 
 class SceneRender(Record):
@@ -460,14 +455,6 @@ class Scene(Record):
             raise ValueError(msg)
         return self
 
-    @model_validator(mode="after")
-    def _lighting_has_normals_along_the_box(self) -> Self:
-        if self.render.lighting != "none" and self.normals is not None and self.normals.space != "box":
-            space = self.normals.space
-            msg = f"render.lighting reads normals along the volume's axes, but lab.normals.space is {space}"
-            raise ValueError(msg)
-        return self
-
     @property
     def lit_normals(self) -> NormalSettings | None:
         """Normals that the light reads, with the settings of the scene or the usual ones; None if it reads none."""
@@ -551,11 +538,10 @@ class Scene(Record):
 
     def _with_headlight(self) -> Self:
         preset = self.transfer[0].preset
-        normals = self.normals is not None and self.normals.space != "box"
         plain = self.render.compositing in LAID_OVER and self.render.classification != "preclassified"
         stays = "lighting" in self.render.model_fields_set or self.bricks is not None or self.textures.mipmaps
         stays = stays or self.lighting.baked != "none"
-        if preset is None or not load_preset(preset).lit or stays or normals or not plain:
+        if preset is None or not load_preset(preset).lit or stays or not plain:
             return self
         return self.model_copy(update={"render": self.render.model_copy(update={"lighting": "headlight"})})
 

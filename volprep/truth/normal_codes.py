@@ -9,9 +9,6 @@ import numpy as np
 from volprep_formats.arrays import Float32Array, Float64Array, UInt8Array
 from volprep_formats.package.parts.normals.record import DIRECTION_BYTES, NormalCode
 
-LARGEST_LENGTH: dict[NormalCode, int] = {"biased8": 255, "snorm8": 127, "oct8": 255, "oct12": 255}
-"""Code of the longest gradient."""
-
 
 def interpolated(octets: UInt8Array, code: NormalCode) -> Float32Array:
     """Return the vectors [..., 3] of codes [..., bytes] as a filter mixes them, where it may: about 1 long."""

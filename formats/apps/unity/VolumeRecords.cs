@@ -220,9 +220,7 @@ public sealed class MosaicLayout {
 }
 public sealed class Normals {
   public string @code;
-  public string @space;
   public string @kernel;
-  public double? @largest_gradient;
 }
 public sealed class OnDemand {
   public string @index;

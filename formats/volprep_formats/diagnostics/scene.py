@@ -62,7 +62,7 @@ VP3045 SCENE render.compositing {compositing} cannot be combined with {what}
 VP3046 SCENE a volume in colour cannot have {what}
     Leave that out, or leave [colour] out and set source.rgb: the voxels are then values.
 VP3050 SCENE normals of code {coded} need textures of format {needed}, but profile {profile} has only {known}
-    Choose another normals.code, or leave lab.normals.magnitude out.
+    Choose another normals.code.
 VP3060 SCENE stacks of slices cannot be combined with the rest of the scene: {problem}
     Use a profile of OpenGL ES 1.1 for slices, and another profile for everything that needs shaders.
 VP3070 SCENE textures.compression {wanted} needs textures of format {format}, but profile {profile} has only {known}

@@ -19,7 +19,8 @@ from volprep_formats.readers.time_axis import TimeAxis
 from volprep_formats.readers.volume_files import folder_frames, series_in
 from volprep_formats.readers.voxel_file import check_axes
 from volprep_formats.regular_files import check_regular_or_folder, unpacked_head
-from volprep_formats.source import SourceFormat, SourceSpec, UnevenSource, VolumeSource
+from volprep_formats.source import SourceFormat, SourceSpec, VolumeSource
+from volprep_formats.uneven_source import UnevenSource
 
 _HEAD_BYTES = 4096
 

@@ -14,7 +14,7 @@
 namespace volprep::bind::normals {
 namespace {
 
-using Matrix = std::array<float, 9>;
+using Scale = std::array<float, 3>;
 using Ends = std::tuple<bool, bool>;
 using Vectors = nb::ndarray<float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 using Codes = nb::ndarray<uint8_t, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
@@ -32,14 +32,11 @@ NormalCode code_of(const std::string& name) {
     throw nb::value_error(("code is " + name + ", expected biased8, snorm8, oct8 or oct12").c_str());
 }
 
-GradientMatrix matrix_of(const Matrix& values) {
-    GradientMatrix matrix{};
-    for (int k = 0; k < 9; ++k) {
-        require(std::isfinite(values[k]), "matrix has a number that is not finite");
-        matrix.m[k] = values[k];
-        matrix.rotates = matrix.rotates || (k % 4 != 0 && values[k] != 0.0F);
+GradientScale scale_of(const Scale& xyz) {
+    for (const float factor : xyz) {
+        require(std::isfinite(factor), "scale_xyz has a number that is not finite");
     }
-    return matrix;
+    return {xyz[0], xyz[1], xyz[2]};
 }
 
 Shape3 checked_slab(const AnyVolume& src, Halo halo) {
@@ -56,58 +53,37 @@ void require_vectors(const Array& array, Shape3 shape, int64_t last) {
             "dst has " + std::to_string(array.shape(3)) + " numbers a voxel, expected " + std::to_string(last));
 }
 
-void require_factor(float magnitude_factor) {
-    require(magnitude_factor >= 0.0F && std::isfinite(magnitude_factor),
-            "magnitude_factor is " + std::to_string(magnitude_factor) + ", expected a number of at least 0");
-}
-
-void bind_gradient(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix, const Vectors& dst,
-                   int threads) {
+void bind_gradient(const AnyVolume& src, const std::string& kernel, Ends ends, const Scale& scale_xyz,
+                   const Vectors& dst, int threads) {
     const Halo halo{std::get<0>(ends), std::get<1>(ends)};
     const Shape3 shape = checked_slab(src, halo);
     const GradientKernel taken = kernel_of(kernel);
-    const GradientMatrix transform = matrix_of(matrix);
+    const GradientScale scale = scale_of(scale_xyz);
     require_threads(threads);
     require_vectors(dst, {shape.z - halo.slices(), shape.y, shape.x}, 3);
     with_type_of<uint8_t, uint16_t, float>("src", src, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::gradient(static_cast<const T*>(src.data()), shape, halo, taken, transform, dst.data(), threads);
+        volprep::gradient(static_cast<const T*>(src.data()), shape, halo, taken, scale, dst.data(), threads);
     });
 }
 
-float bind_largest(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix, int threads) {
-    const Halo halo{std::get<0>(ends), std::get<1>(ends)};
-    const Shape3 shape = checked_slab(src, halo);
-    const GradientKernel taken = kernel_of(kernel);
-    const GradientMatrix transform = matrix_of(matrix);
-    require_threads(threads);
-    float longest = 0.0F;
-    with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
-        const nb::gil_scoped_release released;
-        longest = volprep::largest_gradient(static_cast<const T*>(src.data()), shape, halo, taken, transform, threads);
-    });
-    return longest;
-}
-
-void bind_normals(const AnyVolume& src, const std::string& kernel, Ends ends, const Matrix& matrix,
-                  const std::string& code, float magnitude_factor, const Codes& dst, int threads) {
+void bind_normals(const AnyVolume& src, const std::string& kernel, Ends ends, const Scale& scale_xyz,
+                  const std::string& code, const Codes& dst, int threads) {
     const Halo halo{std::get<0>(ends), std::get<1>(ends)};
     const Shape3 shape = checked_slab(src, halo);
     const GradientKernel taken = kernel_of(kernel);
     const NormalCode wanted = code_of(code);
-    const GradientMatrix transform = matrix_of(matrix);
+    const GradientScale scale = scale_of(scale_xyz);
     require_threads(threads);
-    require_factor(magnitude_factor);
-    require_vectors(dst, {shape.z - halo.slices(), shape.y, shape.x}, normal_bytes(wanted, magnitude_factor));
+    require_vectors(dst, {shape.z - halo.slices(), shape.y, shape.x}, normal_bytes(wanted));
     with_type_of<uint8_t, uint16_t, float>("src", src, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::normals(static_cast<const T*>(src.data()), shape, halo, taken, transform, wanted, magnitude_factor,
-                         dst.data(), threads);
+        volprep::normals(static_cast<const T*>(src.data()), shape, halo, taken, scale, wanted, dst.data(), threads);
     });
 }
 
-void bind_coarse(const AnyVolume& src, const std::string& kernel, Ends ends, Triple factors_zyx, const Matrix& matrix,
-                 const std::string& code, float magnitude_factor, const Codes& dst, int threads) {
+void bind_coarse(const AnyVolume& src, const std::string& kernel, Ends ends, Triple factors_zyx, const Scale& scale_xyz,
+                 const std::string& code, const Codes& dst, int threads) {
     const Halo halo{std::get<0>(ends), std::get<1>(ends)};
     const Shape3 shape = checked_slab(src, halo);
     const Shape3 factors{factors_zyx[0], factors_zyx[1], factors_zyx[2]};
@@ -117,29 +93,28 @@ void bind_coarse(const AnyVolume& src, const std::string& kernel, Ends ends, Tri
                 ", expected factors of at least 1, with a product along z and y of at " + "most 2^16");
     const GradientKernel taken = kernel_of(kernel);
     const NormalCode wanted = code_of(code);
-    const GradientMatrix transform = matrix_of(matrix);
+    const GradientScale scale = scale_of(scale_xyz);
     require_threads(threads);
-    require_factor(magnitude_factor);
     const auto blocks = [](int64_t length, int64_t factor) { return (length + factor - 1) / factor; };
     require_vectors(
         dst, {blocks(shape.z - halo.slices(), factors.z), blocks(shape.y, factors.y), blocks(shape.x, factors.x)},
-        normal_bytes(wanted, magnitude_factor));
+        normal_bytes(wanted));
     with_type_of<uint8_t, uint16_t>("src", src, [&]<typename T>() {
         const nb::gil_scoped_release released;
-        volprep::coarse_normals(static_cast<const T*>(src.data()), shape, halo, taken, factors, transform, wanted,
-                                magnitude_factor, dst.data(), threads);
+        volprep::coarse_normals(static_cast<const T*>(src.data()), shape, halo, taken, factors, scale, wanted,
+                                dst.data(), threads);
     });
 }
 
 }  // namespace
 
 const Definitions definitions([](nb::module_& module) {
-    module.def("gradient", &bind_gradient, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "dst"_array, "threads"_a = 0);
-    module.def("largest_gradient", &bind_largest, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "threads"_a = 0);
-    module.def("normals", &bind_normals, "src"_array, "kernel"_a, "halo"_a, "matrix"_a, "code"_a, "magnitude_factor"_a,
-               "dst"_array, "threads"_a = 0);
-    module.def("coarse_normals", &bind_coarse, "src"_array, "kernel"_a, "halo"_a, "factors_zyx"_a, "matrix"_a, "code"_a,
-               "magnitude_factor"_a, "dst"_array, "threads"_a = 0);
+    module.def("gradient", &bind_gradient, "src"_array, "kernel"_a, "halo"_a, "scale_xyz"_a, "dst"_array,
+               "threads"_a = 0);
+    module.def("normals", &bind_normals, "src"_array, "kernel"_a, "halo"_a, "scale_xyz"_a, "code"_a, "dst"_array,
+               "threads"_a = 0);
+    module.def("coarse_normals", &bind_coarse, "src"_array, "kernel"_a, "halo"_a, "factors_zyx"_a, "scale_xyz"_a,
+               "code"_a, "dst"_array, "threads"_a = 0);
 });
 
 }  // namespace volprep::bind::normals

@@ -52,26 +52,21 @@ struct Direction {
     double z;
 };
 
-// The index-space sum as it is in the wanted space: lengths only mean something there.
-Direction in_space(const GradientMatrix& matrix, const int64_t* sum) noexcept {
-    const auto x = static_cast<double>(sum[0]);
-    const auto y = static_cast<double>(sum[1]);
-    const auto z = static_cast<double>(sum[2]);
-    const float* const m = matrix.m;
-    return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z};
+// The sum in the wanted unit: lengths only mean something there.
+Direction scaled(GradientScale scale, const int64_t* sum) noexcept {
+    return {scale.x * static_cast<double>(sum[0]), scale.y * static_cast<double>(sum[1]),
+            scale.z * static_cast<double>(sum[2])};
 }
 
 double dot(Direction a, Direction b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// The axis across which the turned components are longest, in millimetres of the box: the columns of the matrix have
-// the lengths 1 / spacing.
-int longest_axis(const GradientMatrix& matrix, const Block& block) noexcept {
+// The axis across which the turned components are longest.
+int longest_axis(GradientScale scale, const Block& block) noexcept {
+    const double scales[] = {scale.x, scale.y, scale.z};
     int axis = 0;
     double longest = -1.0;
     for (int k = 0; k < 3; ++k) {
-        const float* const m = matrix.m + k;
-        const double scale = std::sqrt(double{m[0]} * m[0] + double{m[3]} * m[3] + double{m[6]} * m[6]);
-        const double length = scale * static_cast<double>(block[3 + 4 * k]);
+        const double length = scales[k] * static_cast<double>(block[3 + 4 * k]);
         if (length > longest) {
             longest = length;
             axis = k;
@@ -80,10 +75,10 @@ int longest_axis(const GradientMatrix& matrix, const Block& block) noexcept {
     return axis;
 }
 
-// The mean vector of a block of `voxels`, in the wanted space.
-Direction mean_vector(const GradientMatrix& matrix, const Block& block, double voxels) noexcept {
-    Direction sum = in_space(matrix, block.data());
-    const Direction turned = in_space(matrix, block.data() + 3 + 3 * longest_axis(matrix, block));
+// The mean vector of a block of `voxels`.
+Direction mean_vector(GradientScale scale, const Block& block, double voxels) noexcept {
+    Direction sum = scaled(scale, block.data());
+    const Direction turned = scaled(scale, block.data() + 3 + 3 * longest_axis(scale, block));
     if (dot(turned, turned) > 4.0 * dot(sum, sum)) {
         const double sign = dot(turned, sum) < 0.0 ? -1.0 : 1.0;
         sum = {sign * turned.x, sign * turned.y, sign * turned.z};
@@ -113,16 +108,13 @@ void add_layer(const T* src, Shape3 shape, Halo halo, Shape3 factors, Shape3 blo
 }  // namespace
 
 template <typename T>
-void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, Shape3 factors,
-                    const GradientMatrix& matrix, NormalCode code, float magnitude_factor, uint8_t* dst,
-                    int threads) noexcept {
+void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, Shape3 factors, GradientScale scale,
+                    NormalCode code, uint8_t* dst, int threads) noexcept {
     const auto blocks_of = [](int64_t length, int64_t factor) { return (length + factor - 1) / factor; };
     const Shape3 blocks{blocks_of(shape.z - halo.slices(), factors.z), blocks_of(shape.y, factors.y),
                         blocks_of(shape.x, factors.x)};
-    const int64_t bytes = normal_bytes(code, magnitude_factor);
-    // The sums are in the wanted space already.
-    const GradientMatrix identity{{1, 0, 0, 0, 1, 0, 0, 0, 1}, false};
-    const auto encode = gradients::encoder<float>(code, false, magnitude_factor > 0.0F);
+    const int64_t bytes = normal_bytes(code);
+    const auto encode = gradients::encoder<float>(code);
     gradients::with_kernel(kernel, [&]<GradientKernel K>() {
 #pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)
         for (int64_t line = 0; line < blocks.z * blocks.y; ++line) {
@@ -142,13 +134,13 @@ void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel
                         block[k] += weight * columns[k][column - x.begin];
                     }
                     if (edge || (column + 1) % factors.x == 0) {
-                        const Direction mean = mean_vector(matrix, block, static_cast<double>(factors.voxels()));
+                        const Direction mean = mean_vector(scale, block, static_cast<double>(factors.voxels()));
                         vectors.x[waiting] = static_cast<float>(mean.x);
                         vectors.y[waiting] = static_cast<float>(mean.y);
                         vectors.z[waiting] = static_cast<float>(mean.z);
                         block = {};
                         if (++waiting == tile_length || edge) {
-                            encode(vectors, identity, magnitude_factor, waiting, out);
+                            encode(vectors, {1, 1, 1}, waiting, out);
                             out += waiting * bytes;
                             waiting = 0;
                         }
@@ -159,9 +151,9 @@ void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel
     });
 }
 
-template void coarse_normals(const uint8_t*, Shape3, Halo, GradientKernel, Shape3, const GradientMatrix&, NormalCode,
-                             float, uint8_t*, int) noexcept;
-template void coarse_normals(const uint16_t*, Shape3, Halo, GradientKernel, Shape3, const GradientMatrix&, NormalCode,
-                             float, uint8_t*, int) noexcept;
+template void coarse_normals(const uint8_t*, Shape3, Halo, GradientKernel, Shape3, GradientScale, NormalCode, uint8_t*,
+                             int) noexcept;
+template void coarse_normals(const uint16_t*, Shape3, Halo, GradientKernel, Shape3, GradientScale, NormalCode, uint8_t*,
+                             int) noexcept;
 
 }  // namespace volprep

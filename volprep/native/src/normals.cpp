@@ -1,4 +1,4 @@
-// Normals in one pass: gradient, length and code of a run of voxels before the next is touched.
+// Normals in one pass: gradient and code of a run of voxels before the next is touched.
 #include "volprep/normals.hpp"
 
 #include "volprep/normal_codes.hpp"
@@ -7,23 +7,20 @@
 namespace volprep {
 
 template <typename T>
-void normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix,
-             NormalCode code, float magnitude_factor, uint8_t* dst, int threads) noexcept {
+void normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, GradientScale scale, NormalCode code,
+             uint8_t* dst, int threads) noexcept {
     using S = gradients::Sum<T>;
-    const int64_t bytes = normal_bytes(code, magnitude_factor);
-    const gradients::Encoder<S> encode = gradients::encoder<S>(code, matrix.rotates, magnitude_factor > 0.0F);
+    const int64_t bytes = normal_bytes(code);
+    const gradients::Encoder<S> encode = gradients::encoder<S>(code);
     gradients::each_run(
-        src, shape, halo, kernel, matrix, resolve_threads(threads),
-        [&](int64_t z, int64_t y, int64_t x, int64_t count, const gradients::Sums<S>& sums, const GradientMatrix& own) {
-            encode(sums, own, magnitude_factor, count, dst + ((z * shape.y + y) * shape.x + x) * bytes);
+        src, shape, halo, kernel, scale, resolve_threads(threads),
+        [&](int64_t z, int64_t y, int64_t x, int64_t count, const gradients::Sums<S>& sums, GradientScale own) {
+            encode(sums, own, count, dst + ((z * shape.y + y) * shape.x + x) * bytes);
         });
 }
 
-template void normals(const uint8_t*, Shape3, Halo, GradientKernel, const GradientMatrix&, NormalCode, float, uint8_t*,
-                      int) noexcept;
-template void normals(const uint16_t*, Shape3, Halo, GradientKernel, const GradientMatrix&, NormalCode, float, uint8_t*,
-                      int) noexcept;
-template void normals(const float*, Shape3, Halo, GradientKernel, const GradientMatrix&, NormalCode, float, uint8_t*,
-                      int) noexcept;
+template void normals(const uint8_t*, Shape3, Halo, GradientKernel, GradientScale, NormalCode, uint8_t*, int) noexcept;
+template void normals(const uint16_t*, Shape3, Halo, GradientKernel, GradientScale, NormalCode, uint8_t*, int) noexcept;
+template void normals(const float*, Shape3, Halo, GradientKernel, GradientScale, NormalCode, uint8_t*, int) noexcept;
 
 }  // namespace volprep

@@ -22,12 +22,11 @@ from volprep_formats.textures.texel_formats import TextureFormat, size_bytes
 
 KIND = "normals"
 """Kind of its item of the plan."""
-# Format of the code alone, and with the length of the gradient in one channel more.
-_FORMATS: dict[NormalCode, tuple[TextureFormat, TextureFormat]] = {
-    "biased8": ("rgb8unorm", "rgba8unorm"),
-    "snorm8": ("rgb8snorm", "rgba8snorm"),
-    "oct8": ("rg8unorm", "rgb8unorm"),
-    "oct12": ("rgb8unorm", "rgba8unorm"),
+_FORMATS: dict[NormalCode, TextureFormat] = {
+    "biased8": "rgb8unorm",
+    "snorm8": "rgb8snorm",
+    "oct8": "rg8unorm",
+    "oct12": "rgb8unorm",
 }
 _WHY = {
     "forward": "the cheapest, but shifted by half a voxel",
@@ -45,7 +44,7 @@ def wanted_normals(scene: Scene) -> NormalSettings | None:
 
 def normal_format(settings: NormalSettings, profile: DeviceProfile) -> TextureFormat:
     """Format of a texel. Raises VP3050 where the profile has none."""
-    texel = _FORMATS[settings.code][settings.magnitude]
+    texel = _FORMATS[settings.code]
     if texel not in profile.texture_formats:
         raise VolprepError(
             "VP3050", profile=profile.name, coded=settings.code, needed=texel, known=", ".join(profile.texture_formats)
@@ -76,7 +75,7 @@ def _fitted(
     units = min(profile.texture_units - beside.units - 1, MOST_TEXTURES)
     if units < 1:
         return Misfit(f"the volume and its table take all {profile.texture_units} texture units")
-    packing = Packing(components_per_voxel=DIRECTION_BYTES[settings.code] + settings.magnitude)
+    packing = Packing(components_per_voxel=DIRECTION_BYTES[settings.code])
     layout = mosaic_of(level, packing, units, profile)
     if isinstance(layout, Misfit):
         return layout
@@ -117,8 +116,6 @@ def plan_normals(
     return NormalsPlan(
         kernel=settings.kernel,
         code=settings.code,
-        space=settings.space,
-        magnitude=settings.magnitude,
         format=texel,
         filter="linear" if settings.code in FILTERED_CODES and not labels else "nearest",
         textures=tuple(fit for fit in fits if isinstance(fit, NormalTexturePlan)),
@@ -127,7 +124,6 @@ def plan_normals(
 
 def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelPlan, ...]) -> Iterator[PlanItem]:
     """List the decisions about normals."""
-    voxels = sum(math.prod(level.shape_zyx) for level in levels)
     if normals is None:
         yield PlanItem(
             name="normals",
@@ -136,7 +132,7 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
             reason="the scene has no lighting, so no shader reads a normal"
             if scene.render.lighting == "none"
             else f"as the scene asks, shaders take {scene.lighting.normals} differences of the values themselves",
-            size_bytes=3 * voxels,
+            size_bytes=3 * sum(math.prod(level.shape_zyx) for level in levels),
         )
         return
     of_what = " of the extinction of labels" if scene.source.labels else ""
@@ -145,22 +141,12 @@ def normal_items(normals: NormalsPlan | None, scene: Scene, levels: tuple[LevelP
         use = f"for lighting with a {scene.render.lighting}"
     layout = normals.textures[0].mosaic
     form = "" if layout is None else f", level {levels[0].index} as a {mosaic_text(layout)}"
-    axes = "the volume's axes, in which shaders have positions" if normals.space == "box" else "the patient's axes"
     yield PlanItem(
         name="normals",
         kind=KIND,
         kept=True,
         reason=f"{use}; {normals.kernel} differences{of_what} ({_WHY[normals.kernel]}), code {normals.code} as "
-        f"{normals.format}{form}, along {axes}",
+        f"{normals.format}{form}, along the volume's axes, in which shaders have positions",
         files=tuple(file for texture in normals.textures for file in texture.files),
         size_bytes=sum(_size_bytes(texture, normals.format) for texture in normals.textures),
-    )
-    yield PlanItem(
-        name="lengths of gradients",
-        kind="gradient-lengths",
-        kept=normals.magnitude,
-        reason="in the last channel of the normals, as the scene asks"
-        if normals.magnitude
-        else "the scene does not ask for them: lab.normals.magnitude is false",
-        size_bytes=0 if normals.magnitude else voxels,
     )

@@ -44,7 +44,7 @@ def _is_lit(scene: Scene) -> bool:
 
 
 def _added(scene: Scene) -> Changes:
-    return {"lighting": {"normals": "volume"}} if _is_lit(scene) else {"normals": {"magnitude": True}}
+    return {"lighting": {"normals": "volume"}} if _is_lit(scene) else {"normals": {}}
 
 
 PART = Part(

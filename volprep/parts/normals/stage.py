@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from volprep.kernels import _native
-from volprep.parts.gradient import direction_matrix, length_scale
+from volprep.parts.gradient import direction_scale
 from volprep.parts.mosaic.packing import pack_mosaic
 from volprep.parts.stage import Shapes, Stage, Work, any_channel, required
 from volprep.parts.work import codes_of_level, codes_of_source, grid_of_level
 from volprep.plan.products import NormalsPlan, NormalTexturePlan
 from volprep.plan.records import ChannelPlan, LevelPlan
 from volprep.scan.slabs import bytes_of, slab_ranges
-from volprep.truth.normal_codes import LARGEST_LENGTH
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.package.function_table import Table
 from volprep_formats.package.manifest import Contribution
@@ -43,12 +42,7 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     for texture in normals.textures:
         for part, path in enumerate(texture.files):
             draft.write(path, "texture", encoder.file(texture, part))
-    meaning = Normals(
-        kernel=normals.kernel,
-        code=normals.code,
-        space=normals.space,
-        largest_gradient=encoder.largest_gradient if normals.magnitude else None,
-    )
+    meaning = Normals(kernel=normals.kernel, code=normals.code)
     textures = tuple(
         Texture(
             name=name,
@@ -79,15 +73,10 @@ class _Encoder:
         self._normals = normals
         self._source = codes_of_source(draft, plan)
         self._progress = progress
-        progress.start("normals", self._source.shape_zyx[0] * (len(normals.textures) + normals.magnitude))
-        self._matrix = direction_matrix(plan.grid, normals.space)
+        progress.start("normals", self._source.shape_zyx[0] * len(normals.textures))
+        self._scale = direction_scale(plan.grid)
         self._factors_zyx = (1, 1, 1)
         self._shown = _extinctions(plan) if plan.quantize.labels else None
-        self._longest = self._longest_vector() if normals.magnitude else 0.0
-        low, high = plan.quantize.window
-        physical_per_code = (high - low) / (2**plan.quantize.bits - 1)
-        self.largest_gradient = self._longest * length_scale(plan.grid, normals.kernel, physical_per_code)
-        """Longest gradient of level 0, in physical units per millimetre: none of a coarser level is longer."""
 
     def file(self, texture: NormalTexturePlan, part: int) -> Iterator[bytes | memoryview]:
         """Return a KTX 2 file of a level in pieces: its 3D texture, or one of the textures of its mosaic."""
@@ -109,13 +98,12 @@ class _Encoder:
         self._factors_zyx = level.factors_zyx
         if self._shown is not None:
             self._source, self._factors_zyx = codes_of_level(self._draft, self._plan, level.index), (1, 1, 1)
-            self._matrix = direction_matrix(grid_of_level(self._plan, level), self._normals.space)
+            self._scale = direction_scale(grid_of_level(self._plan, level))
 
     def _codes(self, level: LevelPlan, z0: int, z1: int) -> UInt8Array:
         """Encode slices z0 to z1 - 1 of a level as [z, y, x, byte]."""
         _, height, width = level.shape_zyx
-        channels = DIRECTION_BYTES[self._normals.code] + self._normals.magnitude
-        codes = np.empty((z1 - z0, height, width, channels), np.uint8)
+        codes = np.empty((z1 - z0, height, width, DIRECTION_BYTES[self._normals.code]), np.uint8)
         factor = self._factors_zyx[0]
         begin, end = z0 * factor, min(z1 * factor, self._source.shape_zyx[0])
         for first, last in slab_ranges(end - begin, self._source.slice_bytes, multiple=factor):
@@ -125,17 +113,10 @@ class _Encoder:
 
     def _encode(self, slab: NDArray[Any], halo: tuple[bool, bool], codes: UInt8Array) -> None:
         normals, factors = self._normals, self._factors_zyx
-        # A volume of one value has no length to scale by, and every code of a length is 0.
-        per_length = LARGEST_LENGTH[normals.code] / (self._longest or 1.0) if normals.magnitude else 0.0
         if factors == (1, 1, 1):
-            _native.normals(slab, normals.kernel, halo, self._matrix, normals.code, per_length, codes)
+            _native.normals(slab, normals.kernel, halo, self._scale, normals.code, codes)
         else:
-            _native.coarse_normals(slab, normals.kernel, halo, factors, self._matrix, normals.code, per_length, codes)
-
-    def _longest_vector(self) -> float:
-        ranges = slab_ranges(self._source.shape_zyx[0], self._source.slice_bytes)
-        slabs = (self._slab(z0, z1) for z0, z1 in ranges)
-        return max(_native.largest_gradient(slab, self._normals.kernel, halo, self._matrix) for slab, halo in slabs)
+            _native.coarse_normals(slab, normals.kernel, halo, factors, self._scale, normals.code, codes)
 
     def _slab(self, z0: int, z1: int) -> tuple[NDArray[Any], tuple[bool, bool]]:
         """Slices of level 0 with their neighbours' next slices, and which of these there are."""
@@ -162,7 +143,7 @@ def _shapes(_draft: Draft, plan: ChannelPlan) -> Shapes:
 STAGE = Stage(
     name="normals",
     summary="Write the normals of every level, even if the scene needs none.",
-    options=("normals", ("kernel", "code", "magnitude")),
+    options=("normals", ("kernel", "code")),
     reads=("quantize", "pyramid"),
     channel=Work(_settings, _run, _shapes),
     is_needed=any_channel(lambda plan: plan.part(NormalsPlan)),

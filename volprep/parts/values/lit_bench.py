@@ -15,7 +15,7 @@ import numpy as np
 
 from volprep.compositing.record import LitRays
 from volprep.kernels import _native
-from volprep.parts.gradient import direction_matrix, gradients
+from volprep.parts.gradient import direction_scale, gradients
 from volprep.parts.headlight import softened_cosine
 from volprep.plan.probe import PictureDifference, Quantizer, difference_of_views
 from volprep.scan.statistics import Measured
@@ -83,7 +83,7 @@ class LitBench:
             slopes = gradients(patch, grid, self._kernel)
             return unit(slopes).astype(np.float32) if self._is_held else slopes
         octets = np.empty((*patch.shape, DIRECTION_BYTES[code]), np.uint8)
-        _native.normals(patch, self._kernel, (False, False), direction_matrix(grid, "box"), code, 0.0, octets)
+        _native.normals(patch, self._kernel, (False, False), direction_scale(grid), code, octets)
         return interpolated(octets, code)
 
 

@@ -22,7 +22,8 @@ from volprep_formats.readers.dicom.header import SliceImage
 from volprep_formats.readers.dicom.stacks import split_stacks
 from volprep_formats.readers.dicom.volumes import choose_volume, how_to_choose
 from volprep_formats.readers.orientation import ORIENTATION_TOLERANCE, nearest_orthonormal
-from volprep_formats.source import RepairKind, SlicePlaces
+from volprep_formats.source import RepairKind
+from volprep_formats.uneven_source import SlicePlaces
 
 Points = Float64Array
 

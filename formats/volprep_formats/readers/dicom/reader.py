@@ -36,16 +36,8 @@ from volprep_formats.readers.dicom.scan import Scan, Series, choose_series, scan
 from volprep_formats.readers.dicom.uptake import Uptake, uptake_of
 from volprep_formats.readers.dicom.value_table import looked_up, table_range
 from volprep_formats.readers.grey import grey_remark
-from volprep_formats.source import (
-    ColourChannel,
-    GreyOf,
-    RepairKind,
-    SlicePlaces,
-    SourceInfo,
-    SourceSpec,
-    StoredType,
-    UnevenSource,
-)
+from volprep_formats.source import ColourChannel, GreyOf, RepairKind, SourceInfo, SourceSpec, StoredType
+from volprep_formats.uneven_source import SlicePlaces, UnevenSource
 
 if TYPE_CHECKING:
     from volprep_formats.isolation import Workers

@@ -23,23 +23,18 @@ struct Halo {
     constexpr int64_t slices() const noexcept { return int64_t{below} + int64_t{above}; }
 };
 
-// Matrix from a sum of differences, an (x, y, z) column, to a vector of the wanted space and unit. Rows in order.
-// Without rotation only the diagonal counts.
-struct GradientMatrix {
-    float m[9];
-    bool rotates;
+// Factors of the sums of differences along x, y and z, which give a vector of the wanted unit.
+struct GradientScale {
+    float x;
+    float y;
+    float z;
 };
 
-// dst[z, y, x, :] = matrix · sums at each voxel of the slab without its halo. At the border of the volume the
+// dst[z, y, x, :] = scale · sums at each voxel of the slab without its halo. At the border of the volume the
 // difference along the axis is one-sided, and voxels outside repeat the voxel at the edge; an axis of one voxel has no
 // slope. Sums of integers are exact; sums of float32 are rounded in a fixed order. T: uint8_t, uint16_t, float.
 template <typename T>
-void gradient(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix, float* dst,
+void gradient(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, GradientScale scale, float* dst,
               int threads) noexcept;
-
-// Length of the longest vector that `gradient` would give.
-template <typename T>
-float largest_gradient(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix,
-                       int threads) noexcept;
 
 }  // namespace volprep

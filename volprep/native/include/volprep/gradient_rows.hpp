@@ -268,40 +268,21 @@ void with_kernel(GradientKernel kernel, const Run& run) {
     }
 }
 
-// The matrix with its columns for y and z multiplied by the factors of a row.
-inline GradientMatrix scaled(const GradientMatrix& matrix, int factor_y, int factor_z) noexcept {
-    GradientMatrix result = matrix;
-    for (int row = 0; row < 3; ++row) {
-        result.m[3 * row + 1] *= static_cast<float>(factor_y);
-        result.m[3 * row + 2] *= static_cast<float>(factor_z);
-    }
-    return result;
-}
-
 struct Vector {
     float x;
     float y;
     float z;
 };
 
-template <bool ROTATES, typename S>
-Vector transformed(const GradientMatrix& matrix, S x, S y, S z) noexcept {
-    const auto gx = static_cast<float>(x);
-    const auto gy = static_cast<float>(y);
-    const auto gz = static_cast<float>(z);
-    const float* const m = matrix.m;
-    if constexpr (ROTATES) {
-        return {m[0] * gx + m[1] * gy + m[2] * gz, m[3] * gx + m[4] * gy + m[5] * gz,
-                m[6] * gx + m[7] * gy + m[8] * gz};
-    } else {
-        return {m[0] * gx, m[4] * gy, m[8] * gz};
-    }
+template <typename S>
+Vector scaled(GradientScale scale, S x, S y, S z) noexcept {
+    return {scale.x * static_cast<float>(x), scale.y * static_cast<float>(y), scale.z * static_cast<float>(z)};
 }
 
-// Calls sink(z, y, x, count, sums, matrix) for every run of voxels of a slab without its halo, on all threads; z counts
+// Calls sink(z, y, x, count, sums, scale) for every run of voxels of a slab without its halo, on all threads; z counts
 // from the first slice that gets gradients.
 template <typename T, typename Sink>
-void each_run(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix, int threads,
+void each_run(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, GradientScale scale, int threads,
               const Sink& sink) noexcept {
     const int64_t slices = shape.z - halo.slices();
     const int64_t bands = (shape.y + band_length - 1) / band_length;
@@ -314,10 +295,11 @@ void each_run(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, cons
             const int64_t x = index % tiles * tile_length;
             const Span columns{x, std::min(x + tile_length, shape.x)};
             Rows<T, K> rows(src, shape, z + int64_t{halo.below}, columns);
-            rows.run({y, std::min(y + band_length, shape.y)},
-                     [&](int64_t row, const Sums<Sum<T>>& sums, int factor_y, int factor_z) {
-                         sink(z, row, x, columns.size(), sums, scaled(matrix, factor_y, factor_z));
-                     });
+            rows.run({y, std::min(y + band_length, shape.y)}, [&](int64_t row, const Sums<Sum<T>>& sums, int factor_y,
+                                                                  int factor_z) {
+                const auto y_of_row = static_cast<float>(factor_y), z_of_row = static_cast<float>(factor_z);
+                sink(z, row, x, columns.size(), sums, GradientScale{scale.x, scale.y * y_of_row, scale.z * z_of_row});
+            });
         }
     });
 }

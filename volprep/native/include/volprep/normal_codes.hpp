@@ -51,26 +51,19 @@ uint32_t octahedral_code(Vector v) noexcept {
 inline constexpr int64_t chunk_length = 64;
 
 // Words of codes, the first byte lowest.
-template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
-VOLPREP_CLONES void encode_words(const S* sums_x, const S* sums_y, const S* sums_z, const GradientMatrix& matrix,
-                                 float magnitude_factor, int64_t count, uint32_t* __restrict words) noexcept {
+template <typename S, NormalCode CODE>
+VOLPREP_CLONES void encode_words(const S* sums_x, const S* sums_y, const S* sums_z, GradientScale scale, int64_t count,
+                                 uint32_t* __restrict words) noexcept {
     constexpr bool cartesian = CODE == NormalCode::biased8 || CODE == NormalCode::snorm8;
-    constexpr float largest = CODE == NormalCode::snorm8 ? 127.0F : 255.0F;
     for (int64_t x = 0; x < count; ++x) {
-        const Vector v = transformed<ROTATES>(matrix, sums_x[x], sums_y[x], sums_z[x]);
-        const float squared = v.x * v.x + v.y * v.y + v.z * v.z;
-        uint32_t word;
+        const Vector v = scaled(scale, sums_x[x], sums_y[x], sums_z[x]);
         if constexpr (cartesian) {
             // Root and quotient round the same way on every machine, as approximations of 1/√x do not.
-            word = cartesian_code<CODE>(v, squared > 0.0F ? 127.0F / std::sqrt(squared) : 0.0F);
+            const float squared = v.x * v.x + v.y * v.y + v.z * v.z;
+            words[x] = cartesian_code<CODE>(v, squared > 0.0F ? 127.0F / std::sqrt(squared) : 0.0F);
         } else {
-            word = octahedral_code<CODE>(v);
+            words[x] = octahedral_code<CODE>(v);
         }
-        if constexpr (MAGNITUDE) {
-            const float length = magnitude_factor * std::sqrt(squared);
-            word |= (rounded(length < largest ? length : largest, 0.0F) & 0xff) << (8 * direction_bytes(CODE));
-        }
-        words[x] = word;
     }
 }
 
@@ -94,47 +87,37 @@ VOLPREP_CLONES void pack_words(const uint32_t* words, int64_t count, uint8_t* ds
 }
 
 template <typename S>
-using Encoder = void (*)(const Sums<S>&, const GradientMatrix&, float, int64_t, uint8_t*) noexcept;
+using Encoder = void (*)(const Sums<S>&, GradientScale, int64_t, uint8_t*) noexcept;
 
-template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
-void encode(const Sums<S>& sums, const GradientMatrix& matrix, float magnitude_factor, int64_t count,
-            uint8_t* dst) noexcept {
-    constexpr int bytes = static_cast<int>(direction_bytes(CODE)) + int{MAGNITUDE};
+template <typename S, NormalCode CODE>
+void encode(const Sums<S>& sums, GradientScale scale, int64_t count, uint8_t* dst) noexcept {
+    constexpr int bytes = static_cast<int>(normal_bytes(CODE));
 #ifdef VOLPREP_HAS_AVX2_CODES
     if constexpr (CODE == NormalCode::biased8 || CODE == NormalCode::snorm8) {
         if (__builtin_cpu_supports("avx2")) {
-            return avx2::encode<S, CODE, ROTATES, MAGNITUDE>(sums, matrix, magnitude_factor, count, dst);
+            return avx2::encode<S, CODE>(sums, scale, count, dst);
         }
     }
 #endif
     uint32_t words[chunk_length];
     for (int64_t x = 0; x < count; x += chunk_length) {
         const int64_t length = std::min(chunk_length, count - x);
-        encode_words<S, CODE, ROTATES, MAGNITUDE>(sums.x + x, sums.y + x, sums.z + x, matrix, magnitude_factor, length,
-                                                  words);
+        encode_words<S, CODE>(sums.x + x, sums.y + x, sums.z + x, scale, length, words);
         pack_words<bytes>(words, length, dst + bytes * x);
     }
 }
 
-template <typename S, NormalCode CODE>
-Encoder<S> encoder_of(bool rotates, bool magnitude) noexcept {
-    if (rotates) {
-        return magnitude ? encode<S, CODE, true, true> : encode<S, CODE, true, false>;
-    }
-    return magnitude ? encode<S, CODE, false, true> : encode<S, CODE, false, false>;
-}
-
 template <typename S>
-Encoder<S> encoder(NormalCode code, bool rotates, bool magnitude) noexcept {
+Encoder<S> encoder(NormalCode code) noexcept {
     switch (code) {
         case NormalCode::biased8:
-            return encoder_of<S, NormalCode::biased8>(rotates, magnitude);
+            return encode<S, NormalCode::biased8>;
         case NormalCode::snorm8:
-            return encoder_of<S, NormalCode::snorm8>(rotates, magnitude);
+            return encode<S, NormalCode::snorm8>;
         case NormalCode::oct8:
-            return encoder_of<S, NormalCode::oct8>(rotates, magnitude);
+            return encode<S, NormalCode::oct8>;
         default:
-            return encoder_of<S, NormalCode::oct12>(rotates, magnitude);
+            return encode<S, NormalCode::oct12>;
     }
 }
 

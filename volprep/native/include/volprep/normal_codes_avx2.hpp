@@ -43,10 +43,6 @@ VOLPREP_AVX2_INLINE __m256 product(float a, __m256 b) noexcept { return _mm256_m
 
 VOLPREP_AVX2_INLINE __m256 sum(__m256 a, __m256 b, __m256 c) noexcept { return _mm256_add_ps(_mm256_add_ps(a, b), c); }
 
-VOLPREP_AVX2_INLINE __m256 dot(const float* row, __m256 x, __m256 y, __m256 z) noexcept {
-    return sum(product(row[0], x), product(row[1], y), product(row[2], z));
-}
-
 // Eight vectors and their lengths.
 struct Vectors {
     __m256 x;
@@ -55,16 +51,12 @@ struct Vectors {
     __m256 length;
 };
 
-template <typename S, bool ROTATES>
-VOLPREP_AVX2_INLINE Vectors vectors_at(const Sums<S>& sums, int64_t at, const GradientMatrix& matrix) noexcept {
-    const float* const m = matrix.m;
-    const __m256 x = loaded(sums.x + at);
-    const __m256 y = loaded(sums.y + at);
-    const __m256 z = loaded(sums.z + at);
+template <typename S>
+VOLPREP_AVX2_INLINE Vectors vectors_at(const Sums<S>& sums, int64_t at, GradientScale scale) noexcept {
     Vectors v;
-    v.x = ROTATES ? dot(m, x, y, z) : product(m[0], x);
-    v.y = ROTATES ? dot(m + 3, x, y, z) : product(m[4], y);
-    v.z = ROTATES ? dot(m + 6, x, y, z) : product(m[8], z);
+    v.x = product(scale.x, loaded(sums.x + at));
+    v.y = product(scale.y, loaded(sums.y + at));
+    v.z = product(scale.z, loaded(sums.z + at));
     v.length = _mm256_sqrt_ps(sum(_mm256_mul_ps(v.x, v.x), _mm256_mul_ps(v.y, v.y), _mm256_mul_ps(v.z, v.z)));
     return v;
 }
@@ -80,41 +72,32 @@ VOLPREP_AVX2_INLINE __m256i pair(__m256i first, __m256i second) noexcept {
 }
 
 // The bytes of four voxels at the beginning of either half.
-template <NormalCode CODE, bool MAGNITUDE>
-VOLPREP_AVX2_INLINE __m256i octets_of(const Vectors& v, float magnitude_factor) noexcept {
-    constexpr bool biased = CODE == NormalCode::biased8;
-    constexpr float bias = biased ? 128.0F : 0.0F;
+template <NormalCode CODE>
+VOLPREP_AVX2_INLINE __m256i octets_of(const Vectors& v) noexcept {
+    constexpr float bias = CODE == NormalCode::biased8 ? 128.0F : 0.0F;
     // A root is at least 1e-23, and zero times the quotient is zero as long as that is not infinite.
     const __m256 scale = _mm256_div_ps(_mm256_set1_ps(127), _mm256_max_ps(v.length, _mm256_set1_ps(1e-36F)));
     const __m256i xy = pair(rounded(_mm256_mul_ps(v.x, scale), bias), rounded(_mm256_mul_ps(v.y, scale), bias));
-    __m256i zl = rounded(_mm256_mul_ps(v.z, scale), bias);
-    if constexpr (MAGNITUDE) {
-        const __m256 length = product(magnitude_factor, v.length);
-        zl = pair(zl, rounded(_mm256_min_ps(length, _mm256_set1_ps(biased ? 255 : 127)), 0));
-    }
+    const __m256i z = rounded(_mm256_mul_ps(v.z, scale), bias);
     constexpr char o = -1;
-    const __m128i at_xy = MAGNITUDE ? _mm_setr_epi8(0, 2, o, o, 4, 6, o, o, 8, 10, o, o, 12, 14, o, o)
-                                    : _mm_setr_epi8(0, 2, o, 4, 6, o, 8, 10, o, 12, 14, o, o, o, o, o);
-    const __m128i at_zl = MAGNITUDE ? _mm_setr_epi8(o, o, 0, 2, o, o, 4, 6, o, o, 8, 10, o, o, 12, 14)
-                                    : _mm_setr_epi8(o, o, 0, o, o, 4, o, o, 8, o, o, 12, o, o, o, o);
+    const __m128i at_xy = _mm_setr_epi8(0, 2, o, 4, 6, o, 8, 10, o, 12, 14, o, o, o, o, o);
+    const __m128i at_z = _mm_setr_epi8(o, o, 0, o, o, 4, o, o, 8, o, o, 12, o, o, o, o);
     return _mm256_or_si256(_mm256_shuffle_epi8(xy, _mm256_broadcastsi128_si256(at_xy)),
-                           _mm256_shuffle_epi8(zl, _mm256_broadcastsi128_si256(at_zl)));
+                           _mm256_shuffle_epi8(z, _mm256_broadcastsi128_si256(at_z)));
 }
 
 // Codes of `count` voxels. The roots of each eight are begun before the eight before are divided: a CPU does not look
 // far enough ahead by itself (sums of bytes: 1.06 → 0.74 ns a voxel). Data read beyond the end is unused.
-template <typename S, NormalCode CODE, bool ROTATES, bool MAGNITUDE>
-__attribute__((target("avx2"))) void encode(const Sums<S>& sums, GradientMatrix matrix, float magnitude_factor,
-                                            int64_t count, uint8_t* dst) noexcept {
-    constexpr int64_t bytes = direction_bytes(CODE) + int64_t{MAGNITUDE};
-    for (float& number : matrix.m) {
-        number /= widening<S>;
-    }
-    Vectors next = vectors_at<S, ROTATES>(sums, 0, matrix);
+template <typename S, NormalCode CODE>
+__attribute__((target("avx2"))) void encode(const Sums<S>& sums, GradientScale scale, int64_t count,
+                                            uint8_t* dst) noexcept {
+    constexpr int64_t bytes = normal_bytes(CODE);
+    scale = {scale.x / widening<S>, scale.y / widening<S>, scale.z / widening<S>};
+    Vectors next = vectors_at(sums, 0, scale);
     for (int64_t x = 0; x < count; x += 8) {
         const Vectors vectors = next;
-        next = vectors_at<S, ROTATES>(sums, x + 8, matrix);
-        const __m256i octets = octets_of<CODE, MAGNITUDE>(vectors, magnitude_factor);
+        next = vectors_at(sums, x + 8, scale);
+        const __m256i octets = octets_of<CODE>(vectors);
         // Surplus bytes of the first half are overwritten by the second, or by the next eight.
         const bool last = x + 16 > count;
         uint8_t rest[32];

@@ -14,19 +14,13 @@ namespace volprep {
 //            four above them, v's high eight; 0 0 0 is no gradient
 enum class NormalCode { biased8, snorm8, oct8, oct12 };
 
-constexpr int64_t direction_bytes(NormalCode code) noexcept { return code == NormalCode::oct8 ? 2 : 3; }
-
-// The length of a vector goes into one more byte: min(round(factor · length), largest), where the largest code is 127
-// for snorm8 and 255 for the others. A factor of 0 means no such byte.
-constexpr int64_t normal_bytes(NormalCode code, float magnitude_factor) noexcept {
-    return direction_bytes(code) + int64_t{magnitude_factor > 0.0F};
-}
+constexpr int64_t normal_bytes(NormalCode code) noexcept { return code == NormalCode::oct8 ? 2 : 3; }
 
 // dst[z, y, x, :] = code of the vector that `gradient` gives, for each voxel of the slab without its halo. Lengths stay
 // within 1e-18 and 1e18, so that their squares are float32 numbers. T: uint8_t, uint16_t, float.
 template <typename T>
-void normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, const GradientMatrix& matrix,
-             NormalCode code, float magnitude_factor, uint8_t* dst, int threads) noexcept;
+void normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, GradientScale scale, NormalCode code,
+             uint8_t* dst, int threads) noexcept;
 
 // Largest product of the factors along z and y: a column of so many sums still fits.
 inline constexpr int64_t max_normal_rows = 1 << 16;
@@ -41,8 +35,7 @@ inline constexpr int64_t max_normal_rows = 1 << 16;
 // Sums are of integers, and exact. dst holds ceil(n / factor) blocks along each axis, where n counts no halo. Only the
 // last slab of a volume may have a block that hangs over its end. T: uint8_t, uint16_t.
 template <typename T>
-void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, Shape3 factors,
-                    const GradientMatrix& matrix, NormalCode code, float magnitude_factor, uint8_t* dst,
-                    int threads) noexcept;
+void coarse_normals(const T* src, Shape3 shape, Halo halo, GradientKernel kernel, Shape3 factors, GradientScale scale,
+                    NormalCode code, uint8_t* dst, int threads) noexcept;
 
 }  // namespace volprep

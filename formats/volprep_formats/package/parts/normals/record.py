@@ -2,8 +2,6 @@
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field
-
 from volprep_formats.package.values import open_word
 from volprep_formats.record import Record
 
@@ -14,31 +12,19 @@ NormalCode = Literal["biased8", "snorm8", "oct8", "oct12"]
 """Three bytes or three signed bytes, one a component; or the octahedron unfolded into a square of two times 8 or 12
 bits."""
 DIRECTION_BYTES: dict[NormalCode, int] = {"biased8": 3, "snorm8": 3, "oct8": 2, "oct12": 3}
-"""Bytes of a direction; one more holds the length, where it is wanted."""
+"""Bytes of a direction."""
 FILTERED_CODES: frozenset[NormalCode] = frozenset(("biased8", "snorm8"))
 """Codes that may be filtered: a mixture of two directions is one between them."""
-NormalSpace = Literal["box", "patient"]
-"""Axes of the vectors: of the volume (box space), or of the patient (LPS)."""
 
 
-class NormalMeaning(Record):
-    """Encoding and source of the texels of normals."""
+class Normals(Record):
+    """Unit vectors in box space along the gradient, towards larger values. Their negatives leave a bright body."""
 
     code: NormalCode
     """Encoding of the bytes. Two-number codes must not be filtered: sample their texture with NEAREST."""
-    space: NormalSpace
-    """Axes of the vectors."""
-
-
-class Normals(NormalMeaning):
-    """Unit vectors along the gradient, towards larger values. Their negatives point out of a bright body."""
-
     kernel: Annotated[str, open_word(*get_args(GradientKernel))]
     """Method of measuring the gradient at level 0. A voxel of a coarser level has the mean over its voxels of
     level 0. A reader accepts any other word."""
-    largest_gradient: Annotated[float, Field(ge=0.0)] | None = None
-    """Length of the gradient for which the texel's last channel is 1, in units of the physical value per millimetre;
-    absent if the texels hold no length."""
 
 
 HalvedAxes = tuple[bool, bool, bool]
