@@ -28,9 +28,9 @@ class Fact(Record):
     """Group of the fact."""
     name: str
     """Name of the thing checked."""
-    found: bool
+    found: bool = True
     """Whether it is there."""
-    needed: bool
+    needed: bool = False
     """Whether building or drawing a package fails without it. Extras are never needed."""
     detail: str
     """Version, driver or number that was found, or why nothing was found."""
@@ -65,21 +65,19 @@ def examine() -> Examination:
 
 def _machine() -> Iterator[Fact]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    yield Fact(topic="machine", name="Python", found=True, needed=True, detail=platform.python_version())
-    yield Fact(topic="machine", name="cores", found=True, needed=False, detail=f"{cores} ({platform.machine()})")
+    yield Fact(topic="machine", name="Python", needed=True, detail=platform.python_version())
+    yield Fact(topic="machine", name="cores", detail=f"{cores} ({platform.machine()})")
     available = _available_bytes()
     if available is None:
-        yield Fact(topic="machine", name="memory", found=True, needed=False, detail="this system does not say")
-    else:
-        enough = available >= _COMFORTABLE_BYTES
-        yield Fact(
-            topic="machine",
-            name="memory",
-            found=enough,
-            needed=False,
-            detail=f"{available / 1e9:.1f} GB free",
-            remedy="" if enough else f"A head MR needs up to {_COMFORTABLE_BYTES / 1e9:.1f} GB: close other programs.",
-        )
+        yield Fact(topic="machine", name="memory", detail="this system does not say")
+        return
+    enough = available >= _COMFORTABLE_BYTES
+    remedy = "" if enough else f"A head MR needs up to {_COMFORTABLE_BYTES / 1e9:.1f} GB: close other programs."
+    yield Fact(topic="machine", name="memory", found=enough, detail=f"{available / 1e9:.1f} GB free", remedy=remedy)
+
+
+def _refused(topic: Topic, name: str, error: VolprepError, *, needed: bool) -> Fact:
+    return Fact(topic=topic, name=name, found=False, needed=needed, detail=error.summary, remedy=error.remedy)
 
 
 def _available_bytes() -> int | None:
@@ -114,7 +112,7 @@ def _openvdb() -> str:
 def _imported(topic: Topic, name: str, detail: Callable[[], str], *, needed: bool, remedy: str) -> Fact:
     """Check that something can be imported, and give the version that it reports."""
     try:
-        return Fact(topic=topic, name=name, found=True, needed=needed, detail=detail())
+        return Fact(topic=topic, name=name, needed=needed, detail=detail())
     except (ImportError, OSError) as error:
         reason = str(error).splitlines()[0]
         return Fact(topic=topic, name=name, found=False, needed=needed, detail=reason, remedy=remedy)
@@ -124,7 +122,7 @@ def _opengl_es() -> Iterator[Fact]:
     try:
         from volprep.render.egl import context  # noqa: PLC0415 -- raises without EGL
     except VolprepError as error:
-        yield Fact(topic="OpenGL ES", name="EGL", found=False, needed=True, detail=error.summary, remedy=error.remedy)
+        yield _refused("OpenGL ES", "EGL", error, needed=True)
         return
     for api in get_args(ContextApi):
         needed = api in _NEEDED_APIS
@@ -133,11 +131,9 @@ def _opengl_es() -> Iterator[Fact]:
             with context(api) as opened:
                 detail = str(opened.driver)
         except VolprepError as error:
-            yield Fact(
-                topic="OpenGL ES", name=name, found=False, needed=needed, detail=error.summary, remedy=error.remedy
-            )
+            yield _refused("OpenGL ES", name, error, needed=needed)
         else:
-            yield Fact(topic="OpenGL ES", name=name, found=True, needed=needed, detail=detail)
+            yield Fact(topic="OpenGL ES", name=name, needed=needed, detail=detail)
     yield from _filter()
 
 
@@ -151,9 +147,7 @@ def _filter() -> Iterator[Fact]:
         return
     if steps is not None:
         number = f"{steps} or more" if steps == MOST_FILTER_STEPS else str(steps)
-        yield Fact(
-            topic="OpenGL ES", name="filter", found=True, needed=False, detail=f"{number} steps between two texels"
-        )
+        yield Fact(topic="OpenGL ES", name="filter", detail=f"{number} steps between two texels")
 
 
 def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
@@ -167,14 +161,7 @@ def _profiles(probes: list[ProfileProbes]) -> Iterator[Fact]:
         try:
             probed = probe_profile(load_profile(name, Path()))
         except VolprepError as error:
-            yield Fact(
-                topic="profile",
-                name=name,
-                found=False,
-                needed=name in _NEEDED_PROFILES,
-                detail=error.summary,
-                remedy=error.remedy,
-            )
+            yield _refused("profile", name, error, needed=name in _NEEDED_PROFILES)
             continue
         known = {f"{failure.api} {failure.capability}" for other in probes for failure in other.wrong}
         probes.append(probed)
@@ -189,8 +176,6 @@ def _devices() -> Iterator[Fact]:
         yield Fact(
             topic="device",
             name=name,
-            found=True,
-            needed=False,
             detail=f"OpenGL ES {device.graphics.number}, textures 2D {device.max_texture_size}, {volumes}, "
             f"{device.texture_units} units, {device.max_texture_bytes / 1e6:.0f} MB",
         )
@@ -230,7 +215,6 @@ def _dicom() -> Iterator[Fact]:
             topic="DICOM",
             name=codec.name,
             found=bool(codec.decoders),
-            needed=False,
             detail=", ".join(codec.decoders) or "no decoder",
             remedy="" if codec.decoders else f"pip install {' '.join(codec.missing)}",
         )
@@ -251,7 +235,6 @@ def _extras() -> Iterator[Fact]:
             topic="extra",
             name=extra,
             found=module is None,
-            needed=False,
             detail=needed.purpose if module is None else f"{needed.purpose}: no module {module}",
             remedy="" if module is None else how_to_add(extra),
         )

@@ -50,6 +50,17 @@ def open_gzipped(path: Path) -> gzip.GzipFile:
     return unpacked
 
 
+def is_gzip(path: Path) -> bool:
+    """Whether the file begins as gzip does."""
+    with open_regular(path) as file:
+        return file.read(2) == b"\x1f\x8b"
+
+
+def open_unpacked(path: Path) -> gzip.GzipFile | BufferedReader:
+    """Open a regular file and read its contents, unpacked if it is gzipped. Raises OSError."""
+    return open_gzipped(path) if is_gzip(path) else open_regular(path)
+
+
 def unpacked_head(path: Path, count: int) -> tuple[bytes, bool]:
     """Return the first bytes of a regular file, unpacked if it is gzipped and sound, and whether it is gzipped.
 

@@ -136,7 +136,7 @@ def _measure_mesh(made: PlannedDraft, name: str, plain: Drawn, *, form: ProxyFor
         draco="none",
         shares=(0.0,),
         meshes=(ProxyMeshPlan(transfer=_TRANSFER, level=level, file="meshes/proxy.glb"),),
-        programs=tuple(proxy_program(program, [level]) for program in plan.programs),
+        programs=tuple(proxy_program(program).model_copy(update={"levels": (level,)}) for program in plan.programs),
     )
     build_ms = made.made_anew("proxy", proxy=proxy)
     package = made.package()

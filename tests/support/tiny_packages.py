@@ -189,7 +189,7 @@ def _proxy_plan(plan: ChannelPlan, wanted: ProxySettings) -> ProxyPlan:
         meshes=tuple(
             ProxyMeshPlan(transfer=transfer.name, level=index, file=f"meshes/proxy-{index}.glb") for index in indices
         ),
-        programs=tuple(proxy_program(program, indices) for program in plan.programs),
+        programs=tuple(proxy_program(program) for program in plan.programs),
     )
 
 

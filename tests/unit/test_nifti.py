@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from volprep_formats.diagnostics import VolprepError
+from volprep_formats.nifti_header import VOXEL_TYPES, parsed, qform_of
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
-from volprep_formats.readers.nifti_header import VOXEL_TYPES, parsed, qform_of
 from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO
 from volprep_formats.source import SourceInfo, SourceSpec
 

@@ -101,44 +101,35 @@ def work(task: Task) -> TaskResult:
 
     Raises VP8011 if the folder of the batch cannot be reached, VP4020 for a ledger that cannot be used.
     """
-    job, place = task.job, task.place
-    if not place.is_there:
-        raise VolprepError("VP8011", path=place.folder)
-    with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
-        if attempts is None:
-            return TaskResult(task, None, is_new=False)
-        ledger = Ledger(place)
-        last = ledger.last(job.name, job.profile)
-        if last is not None and is_done(last, task):
-            attempts.forget()
-            return TaskResult(task, last, is_new=False)
-        deaths = attempts.deaths()
-        if len(deaths) < ATTEMPTS:
-            attempts.begin()
-            record = _attempt(task, attempts, len(deaths), last)
-        else:
-            record = _record_of_deaths(task, deaths)
-        shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
-        ledger.append(record)
-        attempts.forget()
-        return TaskResult(task, record, is_new=True)
+    if not task.place.is_there:
+        raise VolprepError("VP8011", path=task.place.folder)
+    return _recorded(task, is_given_up=False)
 
 
 def give_up(task: Task) -> TaskResult:
     """Record that this job kills every process, unless it is done."""
+    return _recorded(task, is_given_up=True)
+
+
+def _recorded(task: Task, *, is_given_up: bool) -> TaskResult:
     job, place = task.job, task.place
     with output_errors(place.folder), job_locked(place.job_lock(job.name, job.profile), task.run) as attempts:
         if attempts is None:
             return TaskResult(task, None, is_new=False)
         ledger = Ledger(place)
-        last = ledger.last(job.name, job.profile)
-        if last is not None and is_done(last, task):
-            return TaskResult(task, last, is_new=False)
-        record = _record_of_deaths(task, attempts.deaths() or ["killed"] * ATTEMPTS)
-        shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
-        ledger.append(record)
+        record = ledger.last(job.name, job.profile)
+        is_new = record is None or not is_done(record, task)
+        if is_new:
+            deaths = attempts.deaths()
+            if is_given_up or len(deaths) >= ATTEMPTS:
+                record = _record_of_deaths(task, deaths or ["killed"] * ATTEMPTS)
+            else:
+                attempts.begin()
+                record = _attempt(task, attempts, len(deaths), record)
+            shutil.rmtree(place.fetched(job.name, job.profile), ignore_errors=True)
+            ledger.append(record)
         attempts.forget()
-        return TaskResult(task, record, is_new=True)
+        return TaskResult(task, record, is_new=is_new)
 
 
 def is_done(record: JobRecord, task: Task) -> bool:

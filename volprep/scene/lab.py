@@ -10,7 +10,7 @@ KEYS: Mapping[str, frozenset[str]] = {
     "hybrid": frozenset(("lines", "opacity")),
     "lighting": frozenset(("radius_mm",)),
     "mosaic": frozenset(("order", "gutter")),
-    "proxy": frozenset(("draco", "epsilon", "transfers", "levels")),
+    "proxy": frozenset(("draco", "epsilon")),
     "pyramid": frozenset(("refine",)),
     "render": frozenset(("palette_entries",)),
     "skip": frozenset(("epsilon",)),

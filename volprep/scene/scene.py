@@ -340,10 +340,6 @@ class ProxySettings(Record):
     """Cells along an edge of a block."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     """Largest opacity that a ray may lose because of the mesh: fainter blocks count as empty."""
-    transfers: tuple[str, ...] = ()
-    """Transfer functions that get meshes; all if absent."""
-    levels: tuple[Annotated[int, Field(ge=0)], ...] = ()
-    """Levels that get meshes; all if absent."""
     draco: DracoWish = "auto"
     """"auto": Draco compression if all files together save more bytes than the decoder, which a reader loads once.
     "always": for apps that have a decoder anyway. "none": for readers without Draco."""
@@ -491,14 +487,6 @@ class Scene(Record):
             if names.count(name) > 1:
                 msg = f"{names.count(name)} transfer functions have the name {name}"
                 raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _meshes_are_for_transfers_that_are_there(self) -> Self:
-        unknown = set(self.proxy.transfers if self.proxy else ()) - {transfer.name for transfer in self.transfer}
-        if unknown:
-            msg = f"lab.proxy.transfers names {', '.join(sorted(unknown))}, which is no transfer function of the scene"
-            raise ValueError(msg)
         return self
 
     @property

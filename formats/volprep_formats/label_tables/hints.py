@@ -5,15 +5,14 @@ its maps aseg, aparc and wmparc, and 3D Slicer saves label maps as NAME-label.
 """
 
 import re
-import struct
 from contextlib import suppress
 from pathlib import Path
 
 from volprep_formats.label_tables.nifti import table_text
-from volprep_formats.regular_files import open_gzipped, open_regular
+from volprep_formats.nifti_header import HEADER_BYTES, is_nifti, parsed
+from volprep_formats.regular_files import unpacked_head
 
 _INTENT_LABEL = 1002
-_HEADER_BYTES = 540
 _BY_NAME = (
     (re.compile(r"_dseg\.nii(\.gz)?$"), "the name ends in dseg, as BIDS calls segmentations"),
     (
@@ -37,13 +36,9 @@ def label_hint(path: Path) -> str:
 
 def _intent(path: Path) -> int:
     """Return the intent of a NIfTI file; 0 for any other file."""
-    with suppress(OSError, EOFError, ValueError):
-        head = _head(path)
-        for order in "<>":
-            if len(head) >= 348 and struct.unpack_from(order + "i", head)[0] == 348 and head[344:346] in {b"n+", b"ni"}:
-                return int(struct.unpack_from(order + "h", head, 68)[0])
-            if len(head) >= _HEADER_BYTES and struct.unpack_from(order + "i", head)[0] == 540:
-                return int(struct.unpack_from(order + "i", head, 504)[0])
+    with suppress(OSError, ValueError):
+        header = parsed(unpacked_head(path, max(HEADER_BYTES.values()))[0])
+        return int(header["intent_code"]) if is_nifti(header) else 0
     return 0
 
 
@@ -54,14 +49,3 @@ def _is_package_of_labels(path: Path) -> bool:
     from volprep_formats.package.reader import Package  # noqa: PLC0415 - seldom needed
 
     return Package.open(path, allow_draft=True).manifest.holds_labels
-
-
-def _head(path: Path) -> bytes:
-    if path.is_dir():
-        return b""
-    with open_regular(path) as file:
-        head = file.read(_HEADER_BYTES)
-    if head[:2] != b"\x1f\x8b":
-        return head
-    with open_gzipped(path) as unpacked:
-        return unpacked.read(_HEADER_BYTES)

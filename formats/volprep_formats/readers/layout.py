@@ -26,8 +26,10 @@ class VolumeLayout:
         """Size of all volumes."""
         return prod(self.shape_zyx) * self.beside * self.behind * dtype.itemsize
 
-    def opened(self, file: Path, dtype: np.dtype[np.generic], start_bytes: int, stream: Stream) -> VoxelFile:
-        """Return the voxels of the volume; the first volume begins at `start_bytes` of `stream`."""
+    def opened(
+        self, file: Path, dtype: np.dtype[np.generic], start_bytes: int, stream: Stream | None = None
+    ) -> VoxelFile:
+        """Return the voxels of the volume; the first one begins at `start_bytes` of `stream`, or of the file."""
         if self.beside > 1:
             return VoxelFile(file, dtype, self.shape_zyx, start_bytes, stream, values=self.beside, value=self.wanted)
         before = self.wanted * prod(self.shape_zyx) * dtype.itemsize

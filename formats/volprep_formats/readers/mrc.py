@@ -27,30 +27,17 @@ _RIGHT_ANGLE_DEG = 90.0
 _IMOD_STAMP = 1146047817
 _IMOD_SIGNED_BYTES = 1
 """Bit of IMOD's flags."""
-
-
-def _fields(order: str) -> np.dtype[np.void]:
-    return np.dtype(
-        {
-            "names": [
-                *("size_xyz", "mode", "start", "grid", "cell", "angles", "axes", "range"),
-                *("group", "symmetry", "imod", "origin"),
-            ],
-            "formats": [
-                (order + "i4", 3),
-                order + "i4",
-                *[(order + "i4", 3)] * 2,
-                *[(order + "f4", 3)] * 2,
-                (order + "i4", 3),
-                (order + "f4", 2),
-                *[order + "i4"] * 2,
-                (order + "i4", 2),
-                (order + "f4", 3),
-            ],
-            "offsets": [0, 12, 16, 28, 40, 52, 64, 76, 88, 92, 152, 196],
-            "itemsize": HEADER_BYTES,
-        }
-    )
+_FIELDS = np.dtype(
+    {
+        "names": [
+            *("size_xyz", "mode", "start", "grid", "cell", "angles"),
+            *("axes", "range", "group", "symmetry", "imod", "origin"),
+        ],
+        "formats": ["3i4", "i4", "3i4", "3i4", "3f4", "3f4", "3i4", "2f4", "i4", "i4", "2i4", "3f4"],
+        "offsets": [0, 12, 16, 28, 40, 52, 64, 76, 88, 92, 152, 196],
+        "itemsize": HEADER_BYTES,
+    }
+)
 
 
 def is_mrc(head: bytes) -> bool:
@@ -65,7 +52,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
         raise VolprepError("VP1301", path=path, problem=SafeText("its header has no MAP at byte 208"))
     # The stamp of big-endian machines is 0x11 0x11; a mode that only one byte order gives settles files without one.
     order = ">" if head[212] == 0x11 or int.from_bytes(head[12:16], "little") > 255 else "<"
-    fields = np.frombuffer(head, _fields(order), 1)[0]
+    fields = np.frombuffer(head, _FIELDS.newbyteorder(order), 1)[0]
     nx, ny, nz = (int(size) for size in fields["size_xyz"])
     mode, symmetry = int(fields["mode"]), int(fields["symmetry"])
     if not all(1 <= size <= LONGEST_AXIS for size in (nx, ny, nz)) or not 0 <= symmetry < _MOST_SYMMETRY_BYTES:

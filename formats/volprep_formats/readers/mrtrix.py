@@ -20,9 +20,8 @@ from volprep_formats.readers.detached import data_file
 from volprep_formats.readers.header_text import parse_floats, parse_integers
 from volprep_formats.readers.layout import VolumeLayout
 from volprep_formats.readers.orientation import LPS_FROM_RAS
-from volprep_formats.readers.voxel_file import head_of, is_gzip, possible_ends
+from volprep_formats.readers.voxel_file import head_of, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, check_declared, chosen_volume, source_of
-from volprep_formats.regular_files import open_gzipped, open_unbuffered
 from volprep_formats.source import SourceSpec
 
 MAGIC = b"mrtrix image"
@@ -67,8 +66,7 @@ def open_volume(spec: SourceSpec, path: Path, progress: Progress) -> VoxelSource
     grid, remarks = _grid(path, fields, axes)
     file, start = _data(path, fields)
     check_declared(file, layout.voxel_bytes(dtype), start, *possible_ends(file))
-    stream = open_gzipped(file) if is_gzip(file) else open_unbuffered(file)
-    voxels = layout.opened(file, dtype, start, stream)
+    voxels = layout.opened(file, dtype, start)
     facts = HeaderFacts("mrtrix", grid, remarks, float(slope), float(intercept))
     return source_of(facts, voxels, progress, most_bytes_after=layout.most_bytes_after)
 

@@ -12,16 +12,15 @@ import numpy as np
 from volprep_formats.arrays import Float64Array
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS, Grid
+from volprep_formats.nifti_header import HEADER_BYTES, VOXEL_TYPES, is_nifti, parsed, qform_of
 from volprep_formats.progress import Progress
 from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.colour_voxels import open_voxels
 from volprep_formats.readers.header_pair import voxels_beside
-from volprep_formats.readers.nifti_header import HEADER_BYTES, VOXEL_TYPES, parsed, qform_of
 from volprep_formats.readers.orientation import LPS_FROM_RAS
 from volprep_formats.readers.time_axis import TimeAxis, not_time
-from volprep_formats.readers.voxel_file import VoxelFile, is_gzip, possible_ends
+from volprep_formats.readers.voxel_file import VoxelFile, head_of, possible_ends
 from volprep_formats.readers.voxel_source import HeaderFacts, VoxelSource, chosen_volume
-from volprep_formats.regular_files import open_gzipped, open_regular
 from volprep_formats.source import SourceSpec
 
 _UNKNOWN_UNIT = 0
@@ -112,15 +111,11 @@ def time_axis(_spec: SourceSpec, path: Path) -> TimeAxis:
 def _header(path: Path) -> np.void:
     """Parse the header, of either version and byte order."""
     try:
-        with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
-            header = parsed(file.read(max(HEADER_BYTES.values())))
-    except Exception as error:  # damaged streams end in many kinds of errors
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        raise VolprepError("VP1020", path=path, error=error or type(error).__name__) from error
-    known = bytes(header["magic"])[:3] in {b"n+1", b"n+2", b"ni1", b"ni2"}
+        header = parsed(head_of(path, max(HEADER_BYTES.values())))
+    except ValueError as error:
+        raise VolprepError("VP1020", path=path, error=error) from error
     offset = float(header["vox_offset"])
-    if not known or not offset < _LARGEST_OFFSET:
+    if not is_nifti(header) or not offset < _LARGEST_OFFSET:
         raise VolprepError(
             "VP1020", path=path, error=SafeText("its header is neither that of a .nii file nor that of a pair")
         )

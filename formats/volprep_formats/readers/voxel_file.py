@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from volprep_formats.diagnostics import VolprepError
 from volprep_formats.readers.unpacking import ForwardStream, Stream
-from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuffered
+from volprep_formats.regular_files import is_gzip, open_gzipped, open_unbuffered, open_unpacked
 
 MAX_DEFLATE_RATIO = 1032
 """No deflate stream unpacks to more times its size: two bits give at most 258 bytes."""
@@ -23,15 +23,9 @@ LONGEST = {"slices": 2**16, "rows": 2**18, "columns": 2**18}
 _SKIP_BYTES = 2**20
 
 
-def is_gzip(path: Path) -> bool:
-    """Whether the file begins as gzip does."""
-    with open_regular(path) as file:
-        return file.read(2) == b"\x1f\x8b"
-
-
 def head_of(path: Path, count: int) -> bytes:
     """Return the first bytes of a file, unpacked if it is gzipped. Raises VP1005 for a damaged stream, and OSError."""
-    with open_gzipped(path) if is_gzip(path) else open_regular(path) as file:
+    with open_unpacked(path) as file:
         try:
             return file.read(count)
         except (EOFError, zlib.error, OSError) as error:

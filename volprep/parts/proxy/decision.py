@@ -47,16 +47,11 @@ def plan_proxy(
     shares = tuple(
         saved_share(measured_occupied(function, wanted.epsilon, found), wanted.form) for function in functions
     )
-    shown = {
-        function.name: share
-        for function, share in zip(functions, shares, strict=True)
-        if _why_not(wanted, function.name, share) is None
-    }
-    levels = [level.index for level in found.levels if not wanted.levels or level.index in wanted.levels]
+    shown = [function.name for function, share in zip(functions, shares, strict=True) if share >= LEAST_SHARE]
     meshes = tuple(
-        ProxyMeshPlan(transfer=transfer, level=level, file=f"meshes/proxy-{transfer}-{level}.glb")
+        ProxyMeshPlan(transfer=transfer, level=level.index, file=f"meshes/proxy-{transfer}-{level.index}.glb")
         for transfer in shown
-        for level in levels
+        for level in found.levels
     )
     return ProxyPlan(
         form=wanted.form,
@@ -65,11 +60,7 @@ def plan_proxy(
         draco=wanted.draco,
         shares=shares,
         meshes=meshes,
-        programs=tuple(
-            proxy_program(program, levels)
-            for program in programs
-            if program.transfer in shown and set(levels) & set(program.levels)
-        ),
+        programs=tuple(proxy_program(program) for program in programs if program.transfer in shown),
     )
 
 
@@ -94,11 +85,7 @@ def saved_share(occupied: Occupied, form: ProxyForm) -> float:
 
 
 def describe_proxy(
-    plan: ProxyPlan | None,
-    functions: tuple[TransferFunction, ...],
-    wanted: ProxySettings,
-    found: SkipInputs,
-    listed: Collection[str],
+    plan: ProxyPlan | None, functions: tuple[TransferFunction, ...], found: SkipInputs, listed: Collection[str]
 ) -> Iterator[PlanItem]:
     """Return an item for each transfer function. Seal adds the meshes; some of them may be empty.
 
@@ -111,33 +98,23 @@ def describe_proxy(
         own = [path for program in plan.programs if program.transfer == function.name for path in shader_files(program)]
         files = tuple(path for path in dict.fromkeys(own) if path not in known)
         known.update(files)
-        reason = _why_not(wanted, function.name, share)
-        kept = reason is None
-        if share == 1.0 and kept:
+        kept = share >= LEAST_SHARE
+        reason = f"{share:.1%} of the samples lie in front of the mesh, in blocks of {MEASURED_BLOCK}³ voxels; "
+        if share == 1.0:
             reason = "the transfer function shows nothing, so meshes and pictures are empty"
         elif kept:
-            reason = f"{_saved(share)}; form {plan.form}, blocks of {plan.block}³ cells"
+            reason += f"form {plan.form}, blocks of {plan.block}³ cells"
+        else:
+            reason += f"below {LEAST_SHARE:.0%} a mesh may cost more time than it saves"
         yield PlanItem(
             name=f"proxy geometry {function.name}",
             kind=KIND,
             transfer=function.name,
-            kept=kept and bool(files),
-            reason=reason if files or not kept else "the package holds none of the levels that the scene names",
+            kept=kept,
+            reason=reason,
             files=files,
             size_bytes=_likely_bytes(measured_occupied(function, plan.epsilon, found), plan.block),
         )
-
-
-def _why_not(wanted: ProxySettings, transfer: str, share: float) -> str | None:
-    if wanted.transfers and transfer not in wanted.transfers:
-        return "the scene does not ask for it"
-    if share < LEAST_SHARE:
-        return f"{_saved(share)}; below {LEAST_SHARE:.0%} a mesh may cost more time than it saves"
-    return None
-
-
-def _saved(share: float) -> str:
-    return f"{share:.1%} of the samples lie in front of the mesh, in blocks of {MEASURED_BLOCK}³ voxels"
 
 
 def _likely_bytes(occupied: Occupied, block: int) -> int:
@@ -147,15 +124,8 @@ def _likely_bytes(occupied: Occupied, block: int) -> int:
     return math.ceil(faces * (MEASURED_BLOCK / block) ** 2 * 24)
 
 
-def proxy_program(program: ProgramDesign, levels: list[int]) -> ProgramDesign:
-    """Return the plan of the program that begins at meshes on these levels."""
+def proxy_program(program: ProgramDesign) -> ProgramDesign:
+    """Return the plan of the program that begins at meshes."""
     name = f"proxy-{program.name}"
-    return program.model_copy(
-        update={
-            "name": name,
-            "rays": "mesh",
-            "vertex": VERTEX,
-            "fragment": f"shaders/{name}.frag",
-            "levels": tuple(level for level in program.levels if level in levels),
-        }
-    )
+    changes = {"name": name, "rays": "mesh", "vertex": VERTEX, "fragment": f"shaders/{name}.frag"}
+    return program.model_copy(update=changes)

@@ -122,11 +122,9 @@ def _plan(case: Case) -> Case:
 
 
 def _items(plan: ChannelPlan, case: Case) -> Iterator[PlanItem]:
-    wanted = case.scene.proxy
-    if wanted is not None:
-        proxy = plan.part(ProxyPlan)
+    if case.scene.proxy is not None:
         listed = {path for program in plan.programs for path in shader_files(program)}
-        yield from describe_proxy(proxy, plan.transfer_functions, wanted, found_of(case), listed)
+        yield from describe_proxy(plan.part(ProxyPlan), plan.transfer_functions, found_of(case), listed)
 
 
 def _settle(items: tuple[PlanItem, ...], draft: Draft, plan: Plan) -> tuple[PlanItem, ...]:

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from volprep_formats.arrays import UInt8Array
 from volprep_formats.diagnostics import SafeText, VolprepError
 from volprep_formats.grid import LONGEST_AXIS
-from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO, is_gzip
+from volprep_formats.readers.voxel_file import MAX_DEFLATE_RATIO
 from volprep_formats.readers.voxel_source import check_declared
-from volprep_formats.regular_files import open_gzipped, open_regular, open_unbuffered
+from volprep_formats.regular_files import is_gzip, open_gzipped, open_unbuffered, open_unpacked
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 _SPATIAL = frozenset(("xspace", "yspace", "zspace"))
@@ -166,7 +166,7 @@ def _file(request: MincFile) -> Any:
     """Open a file of either version; nibabel has no types, so it is Any here and above."""
     path = request.path
     is_packed = is_gzip(path)
-    with open_gzipped(path) if is_packed else open_regular(path) as file:
+    with open_unpacked(path) as file:
         is_hdf5 = file.read(len(HDF5)) == HDF5
     with _coded(path, "its header is damaged, or not that of MINC"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # nibabel warns of odd spacings; `_is_odd` finds them

@@ -27,9 +27,8 @@ from volprep_formats.readers.affine import grid_from_affine
 from volprep_formats.readers.minc.file import HDF5, MincFacts, MincFile, MincSlab, facts_of, read_slab
 from volprep_formats.readers.orientation import LPS_FROM_RAS, ORIENTATION_TOLERANCE
 from volprep_formats.readers.time_axis import TimeAxis, seconds_per
-from volprep_formats.readers.voxel_file import is_gzip
 from volprep_formats.readers.voxel_source import chosen_volume, stored_type_of
-from volprep_formats.regular_files import open_regular
+from volprep_formats.regular_files import is_gzip, open_regular
 from volprep_formats.source import SourceInfo, SourceSpec
 
 _MM_PER_UNIT = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3}

@@ -70,6 +70,11 @@ def parsed(head: bytes) -> np.void:
     return header
 
 
+def is_nifti(header: np.void) -> bool:
+    """Whether a header is that of a NIfTI file, of either version, with voxels in it or beside it."""
+    return bytes(header["magic"])[:3] in {b"n+1", b"n+2", b"ni1", b"ni2"}
+
+
 def qform_of(header: np.void) -> Float64Array:
     """Return the affine [4, 4] of the quaternion. Raises ValueError if its numbers are not valid.
 
