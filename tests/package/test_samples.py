@@ -2,6 +2,10 @@
 
 import importlib.util
 import json
+import os
+import platform
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -33,6 +37,24 @@ def test_a_sample_has_the_bytes_and_the_pictures_of_a_build(name: str, tool: Mod
     for entry in entries:
         sample = SAMPLES[entry["picture"].removesuffix(".png")]
         assert differing(read_pixels(tmp_path / entry["picture"]), sample) <= LARGEST
+
+
+@pytest.mark.long
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="the variables choose code of x86-64")
+def test_a_processor_without_avx2_builds_the_same_bytes(tmp_path: Path) -> None:
+    names = ["baked-light", "oblique", "segments", "two-grids"]
+    old = {
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable",
+        "OPENBLAS_CORETYPE": "Prescott",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3",
+    }
+    program = "import sys, pathlib, make_samples as m; m.write_samples(pathlib.Path(sys.argv[1]), sys.argv[2:])"
+    paths = os.pathsep.join([str(TOOL.parent), os.environ.get("PYTHONPATH", "")])
+    words = [sys.executable, "-c", program, tmp_path, *names]
+    subprocess.run(words, check=True, env={**os.environ, **old, "PYTHONPATH": paths}, timeout=250)
+    for name in names:
+        file = f"{name}.volpkg.zip"
+        assert (tmp_path / file).read_bytes() == (FOLDER / file).read_bytes()
 
 
 def test_each_sample_is_small_and_has_its_row_in_the_readme() -> None:
