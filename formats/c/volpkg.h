@@ -196,8 +196,8 @@ typedef enum volpkg_sampling { VOLPKG_SAMPLING_TEXTURE3D, VOLPKG_SAMPLING_MOSAIC
 typedef enum volpkg_segment_border { VOLPKG_SEGMENT_BORDER_MIXED, VOLPKG_SEGMENT_BORDER_CRISP } volpkg_segment_border;
 typedef enum volpkg_shadows { VOLPKG_SHADOWS_NONE, VOLPKG_SHADOWS_RAYS, VOLPKG_SHADOWS_MAP, VOLPKG_SHADOWS_HALF_ANGLE }
     volpkg_shadows;
-typedef enum volpkg_skip_kind { VOLPKG_SKIP_KIND_BLOCKS, VOLPKG_SKIP_KIND_TABLE16, VOLPKG_SKIP_KIND_DISTANCE,
-    VOLPKG_SKIP_KIND_OCTANTS, VOLPKG_SKIP_KIND_PYRAMID, VOLPKG_SKIP_KIND_EUCLIDEAN } volpkg_skip_kind;
+typedef enum volpkg_skip_kind { VOLPKG_SKIP_KIND_BLOCKS, VOLPKG_SKIP_KIND_TABLE16, VOLPKG_SKIP_KIND_DISTANCE }
+    volpkg_skip_kind;
 typedef enum volpkg_state { VOLPKG_STATE_DRAFT, VOLPKG_STATE_SEALED } volpkg_state;
 typedef enum volpkg_stored_type { VOLPKG_STORED_TYPE_NONE, VOLPKG_STORED_TYPE_UINT8, VOLPKG_STORED_TYPE_INT16,
     VOLPKG_STORED_TYPE_UINT16, VOLPKG_STORED_TYPE_FLOAT32 } volpkg_stored_type;
@@ -3557,9 +3557,7 @@ VOLPKG__RECORDS(volpkg__palette_record, volpkg_palette, volpkg__palette_fields)
 VOLPKG__MANY(volpkg__palette_record_list_to_1024, volpkg__palette_record, 0, 1024.0)
 VOLPKG__NUMBERS(volpkg__real_from_0_below_1, VOLPKG__REAL, double, 0.0, 1.0, 2)
 static const volpkg__named volpkg__skip_kind_words[] = {{"blocks", VOLPKG_SKIP_KIND_BLOCKS},
-    {"table16", VOLPKG_SKIP_KIND_TABLE16}, {"distance", VOLPKG_SKIP_KIND_DISTANCE},
-    {"octants", VOLPKG_SKIP_KIND_OCTANTS}, {"pyramid", VOLPKG_SKIP_KIND_PYRAMID},
-    {"euclidean", VOLPKG_SKIP_KIND_EUCLIDEAN}, {NULL, 0}};
+    {"table16", VOLPKG_SKIP_KIND_TABLE16}, {"distance", VOLPKG_SKIP_KIND_DISTANCE}, {NULL, 0}};
 VOLPKG__WORDS(volpkg__skip_kind_word, VOLPKG__NAMED, 0, volpkg__skip_kind_words)
 static const volpkg__field volpkg__skip_table_fields[] = {
     {"texture", &volpkg__string, offsetof(volpkg_skip_table, texture), VOLPKG__NEEDED, 0, NULL},
@@ -5161,8 +5159,7 @@ static volpkg_code volpkg__part_rules(volpkg__reader* r, const volpkg_package* p
     int32_t i, k;
     for (i = 0; p->skipping != NULL && i < p->skipping->tables.count; ++i) {
         const volpkg_skip_table* table = &p->skipping->tables.at[i];
-        VOLPKG__TRY(volpkg__block_rules(r, p, table->texture, VOLPKG_ROLE_SKIP, table->blocks_zyx,
-                                        table->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1));
+        VOLPKG__TRY(volpkg__block_rules(r, p, table->texture, VOLPKG_ROLE_SKIP, table->blocks_zyx, 1));
     }
     for (i = 0; p->skipping != NULL && i < p->skipping->ranges.count; ++i) {
         const volpkg_ranges* ranges = &p->skipping->ranges.at[i];
@@ -7593,8 +7590,7 @@ int volpkg_cut_light(volpkg_drawing* drawing, const float* planes, int32_t count
 typedef struct volpkg__workspace {
     double *table, *fine, *coarse; /* rows of colour and extinction: of the entries, and of both axes of a histogram */
     uint32_t* seen;                /* how many entries before each are visible */
-    unsigned char *occupied, *cells, *below;
-    uint32_t *squares, *line;
+    unsigned char *occupied, *cells;
 } volpkg__workspace;
 
 /* Take `bytes` of the room, or count them where it is NULL. */
@@ -7617,7 +7613,7 @@ static int volpkg__follows_edits(const volpkg_texture* t) {
 static size_t volpkg__divide(const volpkg_drawing* d, int (*changes)(const volpkg_texture*), unsigned char* room,
                              void* texels[VOLPKG_MAX_UNITS], volpkg__workspace* s) {
     size_t used = 0, entries = VOLPKG__BINS, blocks = volpkg__block_count(d->skip), row = 4 * sizeof(double);
-    int32_t i, longest = 1;
+    int32_t i;
     for (i = 0; i < d->units; ++i) {
         const volpkg_texture* t = &d->textures[i];
         texels[i] = NULL;
@@ -7625,17 +7621,12 @@ static size_t volpkg__divide(const volpkg_drawing* d, int (*changes)(const volpk
         texels[i] = volpkg__take_room(room, &used, (size_t)t->texel_bytes);
         if (t->role == VOLPKG_ROLE_TRANSFER && (size_t)t->shape_zyx[2] > entries) entries = (size_t)t->shape_zyx[2];
     }
-    for (i = 0; i < 3 && d->skip; ++i)
-        if (d->skip->blocks_zyx[i] > longest) longest = d->skip->blocks_zyx[i];
     s->table = (double*)volpkg__take_room(room, &used, entries * row);
     s->fine = (double*)volpkg__take_room(room, &used, VOLPKG__BINS * row);
     s->coarse = (double*)volpkg__take_room(room, &used, VOLPKG__BINS * row);
     s->seen = (uint32_t*)volpkg__take_room(room, &used, (entries + 1) * sizeof(uint32_t));
     s->occupied = (unsigned char*)volpkg__take_room(room, &used, blocks);
-    s->cells = (unsigned char*)volpkg__take_room(room, &used, 8 * blocks);
-    s->below = (unsigned char*)volpkg__take_room(room, &used, blocks);
-    s->squares = (uint32_t*)volpkg__take_room(room, &used, blocks * sizeof(uint32_t));
-    s->line = (uint32_t*)volpkg__take_room(room, &used, (size_t)longest * sizeof(uint32_t));
+    s->cells = (unsigned char*)volpkg__take_room(room, &used, blocks);
     return used;
 }
 
@@ -7846,29 +7837,26 @@ static void volpkg__occupy(const volpkg_skip_table* skip, const volpkg_texture* 
             }
 }
 
-/* Neighbours that a sweep towards smaller x, y and z has passed: the seven of a cube, then the others before it. */
+/* Neighbours that a sweep towards smaller x, y and z has passed. */
 static const signed char volpkg__passed[13][3] = {{0, 0, 1},   {0, 1, 0},  {0, 1, 1},  {1, 0, 0},  {1, 0, 1},
                                                   {1, 1, 0},   {1, 1, 1},  {0, 1, -1}, {1, 0, -1}, {1, -1, 0},
                                                   {1, -1, -1}, {1, -1, 1}, {1, 1, -1}};
 
 /*
- * Visit all blocks against the direction of an octant (towards smaller x if 1, y if 2, z if 4). Each becomes the least
- * of the first `count` neighbours that were passed, and 1: if `cubes`, none where the block is occupied, else at most
- * its old value.
+ * Visit all blocks towards smaller x, y and z (sign 1), or towards greater ones (-1). Each becomes at most the least of
+ * the neighbours that were passed, and 1.
  */
-static void volpkg__sweep(unsigned char* values, const unsigned char* occupied, const int32_t shape[3], int octant,
-                          int count, int cubes) {
+static void volpkg__sweep(unsigned char* values, const int32_t shape[3], int sign) {
     int32_t n = shape[0] * shape[1] * shape[2], a, place[3], at[3];
     int k, i;
     for (a = 0; a < n; ++a) {
         size_t own;
         int least = 255, inside;
         place[2] = a % shape[2], place[1] = a / shape[2] % shape[1], place[0] = a / shape[2] / shape[1];
-        for (i = 0; i < 3; ++i)
-            if (!(octant & 4 >> i)) place[i] = shape[i] - 1 - place[i];
-        for (k = 0; k < count; ++k) {
+        for (i = 0; i < 3 && sign > 0; ++i) place[i] = shape[i] - 1 - place[i];
+        for (k = 0; k < 13; ++k) {
             for (i = 0, inside = 1; i < 3; ++i) {
-                at[i] = place[i] + (octant & 4 >> i ? -volpkg__passed[k][i] : volpkg__passed[k][i]);
+                at[i] = place[i] + sign * volpkg__passed[k][i];
                 inside &= at[i] >= 0 && at[i] < shape[i];
             }
             if (inside) {
@@ -7879,90 +7867,25 @@ static void volpkg__sweep(unsigned char* values, const unsigned char* occupied, 
         }
         own = ((size_t)place[0] * (size_t)shape[1] + (size_t)place[1]) * (size_t)shape[2] + (size_t)place[2];
         least = least < 255 ? least + 1 : 255;
-        if (cubes)
-            values[own] = (unsigned char)(occupied[own] ? 0 : least);
-        else if (least < values[own])
-            values[own] = (unsigned char)least;
+        if (least < values[own]) values[own] = (unsigned char)least;
     }
 }
 
-/* 1 + l where the cell of edge 2^l, aligned to multiples of it, is empty. */
-static void volpkg__empty_cells(const volpkg__workspace* s, const int32_t shape[3], size_t blocks) {
-    int32_t level, z, y, x, i;
-    memset(s->cells, 0, blocks);
-    for (level = 0; level < 31; ++level) {
-        int32_t n[3];
-        for (i = 0; i < 3; ++i) n[i] = ((shape[i] - 1) >> level) + 1;
-        memset(s->below, 0, blocks);
-        for (z = 0; z < shape[0]; ++z)
-            for (y = 0; y < shape[1]; ++y)
-                for (x = 0; x < shape[2]; ++x)
-                    if (s->occupied[((size_t)z * (size_t)shape[1] + (size_t)y) * (size_t)shape[2] + (size_t)x])
-                        s->below[((size_t)(z >> level) * (size_t)n[1] + (size_t)(y >> level)) * (size_t)n[2] +
-                                 (size_t)(x >> level)] = 1;
-        for (z = 0; z < shape[0]; ++z)
-            for (y = 0; y < shape[1]; ++y)
-                for (x = 0; x < shape[2]; ++x)
-                    if (!s->below[((size_t)(z >> level) * (size_t)n[1] + (size_t)(y >> level)) * (size_t)n[2] +
-                                  (size_t)(x >> level)])
-                        s->cells[((size_t)z * (size_t)shape[1] + (size_t)y) * (size_t)shape[2] + (size_t)x] =
-                            (unsigned char)(level + 1);
-        if (n[0] == 1 && n[1] == 1 && n[2] == 1) return;
-    }
-}
-
-/* 1 + r where all within r blocks of any point of an empty block is empty. */
-static void volpkg__empty_spheres(const volpkg__workspace* s, const int32_t shape[3], size_t blocks) {
-    size_t stride[3], i;
-    int32_t axis, at, k;
-    stride[0] = (size_t)shape[1] * (size_t)shape[2], stride[1] = (size_t)shape[2], stride[2] = 1;
-    for (i = 0; i < blocks; ++i) s->squares[i] = s->occupied[i] ? 0 : 255 * 255;
-    for (axis = 0; axis < 3; ++axis)
-        for (i = 0; i < blocks; ++i) {
-            if (i / stride[axis] % (size_t)shape[axis]) continue; /* the first block of each line */
-            for (k = 0; k < shape[axis]; ++k) s->line[k] = s->squares[i + (size_t)k * stride[axis]];
-            for (at = 0; at < shape[axis]; ++at)
-                for (k = 0; k < shape[axis]; ++k) {
-                    uint32_t square = s->line[k] + (uint32_t)((k - at) * (k - at));
-                    uint32_t* own = &s->squares[i + (size_t)at * stride[axis]];
-                    if (square < *own) *own = square;
-                }
-        }
-    for (i = 0; i < blocks; ++i) {
-        /* The distance of corners: points in two blocks may be a diagonal nearer. */
-        double radius = (double)(float)sqrt((double)s->squares[i]) - sqrt(3.0);
-        int32_t entry = (int32_t)floor(radius > 0 ? radius : 0) + 1;
-        s->cells[i] = (unsigned char)(s->occupied[i] ? 0 : entry > 255 ? 255 : entry);
-    }
-}
-
-/* The skip table of occupied blocks, spec/skipping.md, in `cells`; octants give eight tables along z. */
+/* The skip table of occupied blocks, spec/skipping.md, in `cells`. */
 static void volpkg__skip_cells(const volpkg_skip_table* skip, const volpkg__workspace* s) {
     size_t blocks = volpkg__block_count(skip), i;
-    const int32_t* shape = skip->blocks_zyx;
-    int octant;
-    if (skip->kind == VOLPKG_SKIP_KIND_PYRAMID) {
-        volpkg__empty_cells(s, shape, blocks);
-    } else if (skip->kind == VOLPKG_SKIP_KIND_EUCLIDEAN) {
-        volpkg__empty_spheres(s, shape, blocks);
-    } else if (skip->kind == VOLPKG_SKIP_KIND_OCTANTS) {
-        memset(s->cells, 0, 8 * blocks);
-        for (octant = 0; octant < 8; ++octant)
-            volpkg__sweep(s->cells + (size_t)octant * blocks, s->occupied, shape, octant, 7, 1);
-    } else {
-        for (i = 0; i < blocks; ++i) s->cells[i] = s->occupied[i] ? 0 : 255;
-        volpkg__sweep(s->cells, s->occupied, shape, 0, 13, 0);
-        volpkg__sweep(s->cells, s->occupied, shape, 7, 13, 0);
-        for (i = 0; i < blocks && skip->kind != VOLPKG_SKIP_KIND_DISTANCE; ++i)
-            s->cells[i] = skip->kind == VOLPKG_SKIP_KIND_BLOCKS ? !s->occupied[i] : s->cells[i] > 1;
-    }
+    for (i = 0; i < blocks; ++i) s->cells[i] = s->occupied[i] ? 0 : 255;
+    volpkg__sweep(s->cells, skip->blocks_zyx, 1);
+    volpkg__sweep(s->cells, skip->blocks_zyx, -1);
+    for (i = 0; i < blocks && skip->kind != VOLPKG_SKIP_KIND_DISTANCE; ++i)
+        s->cells[i] = skip->kind == VOLPKG_SKIP_KIND_BLOCKS ? !s->occupied[i] : s->cells[i] > 1;
 }
 
 static void volpkg__write_skip(const volpkg_texture* t, const volpkg_skip_table* skip, const unsigned char* cells,
                                unsigned char* to) {
-    int32_t depth = skip->blocks_zyx[0] * (skip->kind == VOLPKG_SKIP_KIND_OCTANTS ? 8 : 1), z, y, x;
+    int32_t z, y, x;
     memset(to, 0, (size_t)t->texel_bytes);
-    for (z = 0; z < depth; ++z)
+    for (z = 0; z < skip->blocks_zyx[0]; ++z)
         for (y = 0; y < skip->blocks_zyx[1]; ++y)
             for (x = 0; x < skip->blocks_zyx[2]; ++x) to[volpkg__block_at(t, skip->blocks_zyx, z, y, x)] = *cells++;
 }

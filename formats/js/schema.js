@@ -52,7 +52,7 @@ export const SCHEMA = {
   Segments: "name?: c; transfers: *(1,)s; border?: =mixed|crisp; segments: *(1,)Segment; labels: *(1,32768)SegmentLabel; outside?: F; sha256: h",
   SeriesFrame: "time_s?: n~",
   ShaderPair: "vertex: p; fragment: p",
-  SkipTable: "texture: s; level: i; transfer: s; kind: =blocks|table16|distance|octants|pyramid|euclidean; block: I; blocks_zyx: 3I; empty_share: F",
+  SkipTable: "texture: s; level: i; transfer: s; kind: =blocks|table16|distance; block: I; blocks_zyx: 3I; empty_share: F",
   Skipping: "epsilon?: (0.0,<1.0); tables?: *SkipTable; ranges?: *BlockRangesRecord",
   SliceLayout: "axis: =x|y|z; slice_shape_yx: 2I; first: U; slices: I; tiles_x: I; largest_opacity?: (<0.0,1.0); layers?: I",
   SourceInfo: "format: s; grid: Grid; stored_type: =uint8|int16|uint16|float32; slope?: n; intercept?: n; unit?: s; modality?: s; level_set?: b; label_numbers?: *#(-9007199254740991,9007199254740991); repairs?: *GapRepair/TiltRepair/OtherRepair; remarks?: *s",

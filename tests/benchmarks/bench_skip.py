@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import edt
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -25,13 +24,10 @@ from .real_scans import Drawn, PlannedDraft, Points, drawn, planned_draft
 TABLES: tuple[tuple[SkipKind, int], ...] = (
     ("blocks", 8),
     ("table16", 0),
-    ("pyramid", 8),
     ("distance", 4),
     ("distance", 8),
     ("distance", 16),
-    ("octants", 8),
     ("distance", 1),
-    ("euclidean", 1),
 )
 """Kind and cells of a block; blocks of one cell are full resolution."""
 
@@ -80,7 +76,7 @@ def contests() -> Iterator[Contest]:
     radius = np.sqrt(z * z + y * y + x * x)
     occupied = ((np.abs(radius - 0.7) < 0.01) | ((np.abs(x) < 0.01) & (radius < 0.3))).astype(np.uint8)
     del radius
-    distance, square = np.empty(occupied.shape, np.uint8), np.empty(occupied.shape, np.uint16)
+    distance = np.empty(occupied.shape, np.uint8)
     empty = occupied == 0
     yield Contest(
         work="Chebyshev distance",
@@ -89,23 +85,8 @@ def contests() -> Iterator[Contest]:
         ours=lambda: _native.chebyshev_distance(occupied, distance),
         peers={"scipy chessboard": lambda: ndimage.distance_transform_cdt(empty, "chessboard")},
     )
-    yield Contest(
-        work="Euclidean distance² ≤ 254²",
-        source=occupied,
-        bytes_written=square.nbytes,
-        ours=lambda: _native.euclidean_distance(occupied, square),
-        # Without a bound, in float32.
-        peers={"edt, two threads": lambda: edt.edt(empty, parallel=2)},
-    )
     blocks = np.ascontiguousarray(occupied[: 128 * 3 : 3, ::4, ::4])
     block_distance = np.empty(blocks.shape, np.uint8)
-    yield Contest(
-        work="the same on one thread",
-        source=occupied,
-        bytes_written=square.nbytes,
-        ours=lambda: _native.euclidean_distance(occupied, square, threads=1),
-        peers={"edt, one thread": lambda: edt.edt(empty, parallel=1)},
-    )
     yield Contest(
         work="Chebyshev, 128³ blocks",
         source=blocks,

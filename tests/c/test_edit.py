@@ -66,9 +66,6 @@ SCENES = {
     "distance": ((SKIP, f'{SKIP}\nkind = "distance"\nblock = 2'),),
     "blocks": ((SKIP, f'{SKIP}\nkind = "blocks"\nblock = 2'),),
     "table16": ((SKIP, f'{SKIP}\nkind = "table16"\nblock = 2'),),
-    "octants": ((SKIP, f'{SKIP}\nkind = "octants"\nblock = 2'),),
-    "pyramid": ((SKIP, f'{SKIP}\nkind = "pyramid"\nblock = 2'),),
-    "euclidean": ((SKIP, f'{SKIP}\nkind = "euclidean"\nblock = 2'),),
     "mosaic": (('profile = "gles3"', 'profile = "gles2-2048"'), (SKIP, f"{SKIP}\nblock = 2")),
     "baked light": ((SKIP, f'{SKIP}\nblock = 2\n[lighting]\nbaked = "shadow"\nlight_mm = [40.0, -60.0, 50.0]'),),
     "light that turns": (

@@ -4,7 +4,7 @@ import pytest
 from web_pictures import TWO_STEPS, box_from_clip_of, drawn_by_reference, drawn_in_page, rmse
 
 SCENES = [
-    *("lit, skips by distance", "lit mosaic, skips by octants", "bricks", "half floats", "isosurface", "meshes"),
+    *("lit, skips by distance", "lit mosaic, skips by distance", "bricks", "half floats", "isosurface", "meshes"),
     *("two passes", "slabs", "slices across the view", "editable mosaic"),
 ]
 

@@ -90,7 +90,7 @@ return { level, hit: hit !== null, pixels: Array.from(pixels) };
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("lit mosaic, skips by octants", "webgl"), ("bricks", "webgl2"), ("two passes on OpenGL ES 2", "webgl2")],
+    [("lit mosaic, skips by distance", "webgl"), ("bricks", "webgl2"), ("two passes on OpenGL ES 2", "webgl2")],
 )
 def test_the_oldest_browsers_draw_the_picture(old, server, scene_package, name, kind) -> None:
     package = scene_package(name)
@@ -104,7 +104,7 @@ def test_the_oldest_browsers_draw_the_picture(old, server, scene_package, name, 
 
 
 def test_a_device_without_half_floats_says_what_that_costs(browser, server, scene_package) -> None:
-    package = scene_package("lit mosaic, skips by octants")
+    package = scene_package("lit mosaic, skips by distance")
     server.folders["package"] = package.path.parent
     browser.open(f"{server.url}/")
     script = """

@@ -120,7 +120,7 @@ def test_a_pick_is_the_first_hit_of_the_oracle_within_half_a_step(pick, scene_pa
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("name", ["lit mosaic, skips by octants", "bricks", "two passes", "slices across the view"])
+@pytest.mark.parametrize("name", ["lit mosaic, skips by distance", "bricks", "two passes", "slices across the view"])
 def test_every_technique_and_texture_is_picked_alike(pick, scene_package, name) -> None:
     package = scene_package(name)
     # Codes of 8 bits are the package's own error: where the function is flat they move single points by two steps.

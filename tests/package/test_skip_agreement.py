@@ -8,7 +8,7 @@ from tiny_packages import ES2, ES3, function, tiny_package
 
 from volprep_formats.package.manifest import Manifest
 from volprep_formats.package.parts.skip import rules as skip_agreement
-from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skipping
+from volprep_formats.package.parts.skip.record import BlockRangesRecord
 from volprep_formats.package.parts.skip.rules import skip_contradictions
 
 GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
@@ -16,23 +16,18 @@ GREY = function((0.0, (0.5, 0.5, 0.5), 0.0), (255.0, (1.0, 1.0, 1.0), 1.0))
 
 @pytest.fixture(scope="module")
 def manifests(tmp_path_factory):
-    """Of packages of two levels with octants as 3D textures, and of one level with distances as a mosaic."""
+    """Of packages of two levels with distances as 3D textures, and of one level with distances as a mosaic."""
     import numpy as np
 
     levels = [np.zeros((9, 14, 6), np.uint8), np.zeros((5, 7, 3), np.uint8)]
     folder = tmp_path_factory.mktemp("skip")
-    textures = tiny_package(folder / "es3", levels, GREY, ES3, skip=("octants", 4))
+    textures = tiny_package(folder / "es3", levels, GREY, ES3, skip=("distance", 4))
     mosaic = tiny_package(folder / "es2", levels[0], GREY, ES2, skip=("distance", 4))
     return {"es3": textures.manifest, "es2": mosaic.manifest}
 
 
 def changed(record, **fields):
     return record.model_copy(update=fields)
-
-
-def with_table(manifest: Manifest, **fields) -> Manifest:
-    first, *others = manifest.skipping.tables
-    return changed(manifest, skipping=Skipping(tables=(changed(first, **fields), *others)))
 
 
 def with_texture(manifest: Manifest, **fields) -> Manifest:
@@ -61,7 +56,7 @@ CASES = {
     "ranges of missing has no texture of role ranges": ("es3", with_ranges),
     "skip table skip-test-0 has (16, 4, 2) texels instead of (2, 4, 2)": (
         "es3",
-        lambda manifest: with_table(manifest, kind="distance"),
+        lambda manifest: with_texture(manifest, shape_zyx=(16, 4, 2)),
     ),
     "skip table skip-test-0 is a mosaic with a gutter, of several textures, or with several slices": (
         "es2",

@@ -33,23 +33,23 @@ RGBA8_ONLY = ES3.model_copy(update={"texture_formats": ("r8unorm", "rg8unorm", "
 SMALL = ES2.model_copy(update={"max_texture_size": 64})
 """Holds four tiles of 31×29 texels in a texture."""
 OCT8, OCT12, SNORM8 = (NormalSettings(code=code) for code in ("oct8", "oct12", "snorm8"))
-DISTANCE, OCTANTS, PYRAMID, EUCLIDEAN = ((kind, 4) for kind in ("distance", "octants", "pyramid", "euclidean"))
+BLOCKS, DISTANCE = ("blocks", 4), ("distance", 4)
 PREINTEGRATED = {"classification": "preintegrated", "entries": 16}
 DEEP = (20, 31, 29)
 PACKAGES = {
     "texture3d": (ES3, {}),
-    "texture3d-octants-oct12": (ES3, {"skip": OCTANTS, "normals": OCT12}),
-    "texture3d-rgba8": (RGBA8_ONLY, {"skip": PYRAMID, "normals": OCT8}),
-    "texture3d-preintegrated": (ES3, {"skip": EUCLIDEAN, "normals": SNORM8, **PREINTEGRATED}),
+    "texture3d-blocks-oct12": (ES3, {"skip": BLOCKS, "normals": OCT12}),
+    "texture3d-rgba8": (RGBA8_ONLY, {"skip": BLOCKS, "normals": OCT8}),
+    "texture3d-preintegrated": (ES3, {"skip": DISTANCE, "normals": SNORM8, **PREINTEGRATED}),
     "texture3d-preintegrated-rgba8": (RGBA8_ONLY, PREINTEGRATED),
     "texture3d-palette": (ES3, {"classification": "palette", "entries": 5}),
     "texture3d-control-points": (ES3, {"classification": "control-points"}),
     "texture3d-preclassified": (ES3, {"classification": "preclassified", "proxy": None}),
     "bricks": (ES3, {"bricks": BrickSettings(size=4), "proxy": None}),
     "mosaic": (ES2, {}),
-    "mosaic-gutter": (ES2, {"packing": Packing(gutter=1), "skip": OCTANTS}),
-    "mosaic-in-two": (SMALL, {"shape": (5, 31, 29), "skip": PYRAMID, "normals": OCT8}),
-    "mosaic-one-slice": (ES2, {"shape": (1, 4, 3), "skip": EUCLIDEAN}),
+    "mosaic-gutter": (ES2, {"packing": Packing(gutter=1), "skip": DISTANCE}),
+    "mosaic-in-two": (SMALL, {"shape": (5, 31, 29), "skip": BLOCKS, "normals": OCT8}),
+    "mosaic-one-slice": (ES2, {"shape": (1, 4, 3), "skip": DISTANCE}),
     "mosaic-labels": (ES2, {"labels": True}),
     "mosaic-preintegrated": (ES2, PREINTEGRATED),
     "mosaic-palette": (ES2, {"classification": "palette", "entries": 5}),

@@ -19,7 +19,7 @@ WISHES = {
     "skipping": (ES3, {"skip": ("distance", 4)}),
     "preintegrated": (ES3, {"classification": "preintegrated", "entries": 64}),
     "mosaic": (ES2, {"packing": Packing(4)}),
-    "mosaic-skipping": (ES2, {"skip": ("octants", 4)}),
+    "mosaic-skipping": (ES2, {"skip": ("distance", 4)}),
 }
 
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from volumes import shapes
 
 from volprep.parts.skip.occupancy import occupied_blocks, threshold_per_mm, with_neighbours
-from volprep.parts.skip.tables import binary_pyramid, skip_table
+from volprep.parts.skip.tables import skip_table
 from volprep.scan import slabs
 from volprep.scan.block_ranges import BlockRanges, block_ranges
 
-KINDS = ["blocks", "table16", "distance", "octants", "pyramid", "euclidean"]
+KINDS = ["blocks", "table16", "distance"]
 
 
 def random_texels(rng, shape, *, half):
@@ -73,43 +73,23 @@ def test_neighbours_are_the_26_around():
     assert (with_neighbours(occupied) == expected).all()
 
 
-def test_a_cell_of_the_pyramid_is_occupied_where_a_block_in_it_is():
-    occupied = occupied_example()
-    pyramid = binary_pyramid(occupied)
-    assert pyramid[-1].shape == (1, 1, 1)
-    for level, cells in enumerate(pyramid):
-        for index in np.ndindex(cells.shape):
-            inside = occupied[tuple(slice(k << level, (k + 1) << level) for k in index)]
-            assert cells[index] == inside.any()
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("density", [0.0, 0.02, 0.4, 1.0])
 def test_only_empty_blocks_have_an_entry_above_0(kind, density):
     occupied = occupied_example(density=density)
     table = skip_table(occupied, kind)
     empty = ~(with_neighbours(occupied) if kind == "table16" else occupied)
-    repeated = np.concatenate([empty] * (8 if kind == "octants" else 1))
     assert table.dtype == np.uint8
-    assert ((table > 0) == repeated).all()
+    assert ((table > 0) == empty).all()
 
 
-@pytest.mark.parametrize("kind", ["distance", "euclidean", "pyramid"])
-def test_everything_within_an_entry_is_empty(kind):
+def test_everything_within_a_distance_is_empty():
     occupied = occupied_example((23, 19, 21), 0.001)
-    table = skip_table(occupied, kind).astype(int)
+    table = skip_table(occupied, "distance").astype(int)
     assert table.max() > 4
     where = np.argwhere(occupied)
     for index in np.argwhere(table > 0):
-        entry = table[tuple(index)]
-        apart = np.abs(where - index)
-        if kind == "distance":
-            assert apart.max(axis=1).min() >= entry
-        elif kind == "euclidean":
-            # From any point of one block to any point of the other, along each axis.
-            assert np.linalg.norm(np.maximum(apart - 1, 0), axis=1).min() >= entry - 1
-        else:
-            assert (where >> (entry - 1) != index >> (entry - 1)).any(axis=1).all()
+        assert np.abs(where - index).max(axis=1).min() >= table[tuple(index)]
 
 
 def test_the_published_rule_skips_what_shows_between_two_transparent_values():

@@ -225,7 +225,7 @@ _TURNS = (
 )
 SCENES: dict[str, Callable[[Path], Path]] = {
     "lit, skips by distance": _phantom(_LIT + _SKIP.format("distance")),
-    "lit mosaic, skips by octants": _phantom(_LIT + _SKIP.format("octants"), "gles2-4096"),
+    "lit mosaic, skips by distance": _phantom(_LIT + _SKIP.format("distance"), "gles2-4096"),
     "baked light, lit": _one(_LIT + '[lighting]\nbaked = "occlusion"\n'),
     "light that turns, in a mosaic": _one(_TURNS, "gles2-2048"),
     "mipmaps": _phantom("[textures]\nmipmaps = true\n"),
@@ -282,7 +282,7 @@ SCENES: dict[str, Callable[[Path], Path]] = {
     "pieces": _phantom('[grid]\nsize = 12\nlayout = "both"\n'),
     "editable": _phantom(_SKIP.format("distance"), before="editable = true"),
     "editable, baked light": _edited_light,
-    "editable mosaic": _phantom(_SKIP.format("octants"), "gles2-2048", before="editable = true"),
+    "editable mosaic": _phantom(_SKIP.format("distance"), "gles2-2048", before="editable = true"),
 }
 OTHERS = {
     "segments, one hidden": segments_scene("gles3", _ONE_HIDDEN + _LIT),

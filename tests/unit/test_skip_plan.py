@@ -101,8 +101,8 @@ def test_a_transfer_function_that_shows_nothing_is_told():
 
 
 def test_kind_and_block_are_the_scenes():
-    tables = plan(ball(), scene(kind="octants", block=5)).part(SkipPlan).tables
-    assert (tables[0].kind, tables[0].block, tables[0].shape_zyx) == ("octants", 5, (8 * 13, 13, 13))
+    tables = plan(ball(), scene(kind="distance", block=5)).part(SkipPlan).tables
+    assert (tables[0].kind, tables[0].block, tables[0].shape_zyx) == ("distance", 5, (13, 13, 13))
     tables = plan(ball(), scene(kind="table16")).part(SkipPlan).tables
     assert (tables[0].block, tables[0].shape_zyx) == (4, (16, 16, 16))
 
@@ -112,9 +112,9 @@ def test_a_table_for_which_there_is_no_room_is_left_out():
     tight = GLES3.model_copy(update={"max_texture_bytes": voxels.size + 4096 * 8 + 4000})
     decided = plan(voxels, scene(), tight)
     assert "there is no room for a table of 4096 bytes beside level 0" in item(decided).reason
-    short = GLES3.model_copy(update={"max_3d_texture_size": 65})
-    decided = plan(voxels, scene(kind="octants"), short)
-    assert "a table of 16×16×128 entries does not fit into a texture of profile gles3" in item(decided).reason
+    short = GLES2.model_copy(update={"max_texture_size": 400})
+    decided = plan(voxels, scene(block=1), short)
+    assert "a table of 64×64×64 entries does not fit into a texture of profile gles2-2048" in item(decided).reason
 
 
 def test_ranges_of_blocks_come_on_request():
@@ -126,8 +126,8 @@ def test_ranges_of_blocks_come_on_request():
 
 
 def test_the_verb_changes_wishes_one_by_one():
-    wanted = changed(scene(block=16), "skip", kind="pyramid", block=None).skip
-    assert wanted == SkipSettings(kind="pyramid", block=16)
+    wanted = changed(scene(block=16), "skip", kind="distance", block=None).skip
+    assert wanted == SkipSettings(kind="distance", block=16)
     assert changed(scene(), "skip", kind=None, block=3, ranges=True).skip == SkipSettings(block=3, ranges=True)
     with pytest.raises(VolprepError, match=r"VP3003 \[skip\]: kind"):
         changed(scene(), "skip", kind="spheres")

@@ -174,21 +174,6 @@ def chebyshev_distance(occupied: NDArray[uint8], dst: NDArray[uint8], threads: i
     ValueError if a shape does not fit.
     """
 
-def octant_distance(occupied: NDArray[uint8], dst: NDArray[uint8], threads: int = 0) -> None:
-    """Write to dst, for each octant of directions, the edge of the largest empty cube ahead of each cell.
-
-    dst is [8 z, y, x]: eight volumes, octant k looks towards smaller x if k & 1, smaller y if k & 2, smaller z if k &
-    4, else towards greater. The cube has the cell as its hindmost corner; 0 where that is occupied, at most 255. What
-    lies outside counts as empty. threads: 0 for all. Raises ValueError if a shape does not fit.
-    """
-
-def euclidean_distance(occupied: NDArray[uint8], dst: NDArray[uint16], threads: int = 0) -> None:
-    """Write to dst the square of the Euclidean distance of each cell to the nearest occupied one, in cells.
-
-    Exact below 255², 65535 where it is more. occupied and dst are C-contiguous [z, y, x]; a cell is occupied where it
-    is not 0. threads: 0 for all; the result does not depend on it. Raises ValueError if a shape does not fit.
-    """
-
 def extrema_reduce(
     src: NDArray[generic],
     dst_min: NDArray[generic] | None,

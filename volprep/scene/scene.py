@@ -314,8 +314,7 @@ class SkipSettings(Record):
     """Contents of the skip table, for each block. "auto" takes the kind that was measured to be fastest, and only for
     transfer functions that leave enough empty. "blocks": whether the block is empty. "table16": the same, with 16
     blocks along the longest axis, and only if the 26 neighbours are empty, too. "distance": how many blocks around it
-    are empty. "octants": the same for each of eight directions. "pyramid": the largest empty cell of a pyramid that
-    holds it. "euclidean": the radius of the largest empty sphere. "none": no table."""
+    are empty. "none": no table."""
     block: Literal["auto"] | Annotated[int, Field(ge=1, le=256)] = "auto"
     """Cells along an edge of a block; 1 gives distances at full resolution. Not for "table16"."""
     epsilon: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0

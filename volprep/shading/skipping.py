@@ -12,20 +12,10 @@ from volprep.shading.feature import Feature
 from volprep.shading.mosaic import Mosaic
 from volprep_formats.grid import Vector
 from volprep_formats.package.manifest import Manifest
-from volprep_formats.package.parts.skip.record import SkipKind, SkipTable
+from volprep_formats.package.parts.skip.record import SkipTable
 from volprep_formats.package.program import ProgramDesign, Sampler, Uniform
 from volprep_formats.package.texture import MosaicLayout
 
-_REACH: dict[SkipKind, str] = {
-    "blocks": "skip/reach:box",
-    "table16": "skip/reach:box",
-    "distance": "skip/reach:box",
-    "octants": "skip/reach:box",
-    "pyramid": "skip/reach:pyramid",
-    "euclidean": "skip/reach:sphere",
-}
-
-_OCTANT_TABLES = " / ivec3(1, 1, 8)"
 SKIP_RUN = 16
 """Samples between two looks at the table. 8 take up to 7 % more time, 24 gain up to 3 % (MR heads, half a voxel)."""
 
@@ -44,13 +34,12 @@ def skipping_of(manifest: Manifest, program: ProgramDesign, dialect: Dialect) ->
     # Of a segment both ends are sampled, or all between them, instead of its middle.
     segments = in_cells or program.classification == "preintegrated" or program.compositing in SURFACES
     feature = (
-        _table_in_texture3d(table)
+        _table_in_texture3d()
         if texture.mosaic is None
         else _table_in_mosaic(table, texture.mosaic, table.blocks_from_box(manifest.level(table.level).grid))
     )
     slots: dict[str, Slot] = {
         "skipping": "skip/skip",
-        "skip_reach": _REACH[table.kind],
         "skipping_start": "skip/skip:start",
         "look": "skip/look_segment" if segments else "skip/look",
         "jumped": None if in_cells else "skip/look_segment:front",
@@ -68,7 +57,6 @@ def skipping_on_grids(manifest: Manifest, program: ProgramDesign, transfers: Seq
     """
     level = min(program.levels)
     tables = [skip_table(manifest, transfer, level) if skips else None for transfer in transfers]
-    kinds = {table.kind for table in tables if table is not None}
     own: list[Instance] = []
     looks: list[Instance] = []
     alone: list[Instance] = []
@@ -89,14 +77,11 @@ def skipping_on_grids(manifest: Manifest, program: ProgramDesign, transfers: Seq
         tuple(Instance(f"ray/loop_media:{section}", {"OF": name}) for name in names)
         for section in ("start_of", "look", "ahead")
     )
-    reach = [Instance("skip/skip")] if kinds else []
-    octants = kinds == {"octants"}
+    reach = [Instance("skip/skip")] if looks else []
     return Feature(
         slots={
             "skipping": (*reach, *own),
             "skip_table": tuple(looks),
-            "skip_octant": "skip/table_texture3d:octant" if octants else None,
-            "skip_reach": next((_REACH[kind] for kind in kinds), None),
             "skipping_start": (Instance("ray/loop_media:start"), *start),
             "loop": "ray/loop_media",
             "media_look": look,
@@ -104,7 +89,6 @@ def skipping_on_grids(manifest: Manifest, program: ProgramDesign, transfers: Seq
             "media_alone": tuple(alone),
         },
         words={"RUN": literal(SKIP_RUN), "FIRST_SEEN": _least([f"seen{name}" for name in names])},
-        offers={"OCTANT_TABLES": _OCTANT_TABLES if octants else ""},
         samplers=tuple(
             Sampler(name=f"u_skip{name}", role="skip", transfer=transfer)
             for name, table, transfer in zip(names, tables, transfers, strict=True)
@@ -125,15 +109,9 @@ def skip_table(manifest: Manifest, transfer: str, level: int) -> SkipTable | Non
     return next((table for table in tables if (table.transfer, table.level) == (transfer, level)), None)
 
 
-def _table_in_texture3d(table: SkipTable) -> Feature:
-    octants = table.kind == "octants"
+def _table_in_texture3d() -> Feature:
     return Feature(
-        slots={
-            "skip_table": "skip/table_texture3d",
-            "skip_entries": "skip/table_texture3d:entries",
-            "skip_octant": "skip/table_texture3d:octant" if octants else None,
-        },
-        words={"OCTANT_TABLES": _OCTANT_TABLES if octants else ""},
+        slots={"skip_table": "skip/table_texture3d", "skip_entries": "skip/table_texture3d:entries"},
         uniforms=(Uniform(name="u_blocks_from_box", type="vec3f", source="blocks_from_box"),),
         samplers=(Sampler(name="u_skip", role="skip"),),
     )
@@ -151,11 +129,7 @@ def _table_in_mosaic(table: SkipTable, layout: MosaicLayout, blocks_from_box: Ve
         centres=True,
     )
     return Feature(
-        slots={
-            "skip_table": "skip/table_mosaic",
-            "skip_texels": (mosaic.texels,),
-            "skip_octant": "skip/table_mosaic:octant" if table.kind == "octants" else None,
-        },
+        slots={"skip_table": "skip/table_mosaic", "skip_texels": (mosaic.texels,)},
         words={"BLOCKS_PER_MM": literal(*blocks_from_box), "LAST_BLOCK": literal(x - 1, y - 1, z - 1)},
         samplers=mosaic.samplers,
     )

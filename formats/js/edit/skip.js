@@ -45,9 +45,8 @@ export function skipEntries(occupied, shape, kind, texture) {
   if (!texture.mosaic) return entries;
   const [, height, width] = texture.shape_zyx;
   const texels = new Uint8Array(height * width);
-  const whole = /** @type {const} */ ([entries.length / shape[1] / shape[2], shape[1], shape[2]]);
-  const at = placeIn(texture, whole);
-  each(whole, (i, z, y, x) => {
+  const at = placeIn(texture, shape);
+  each(shape, (i, z, y, x) => {
     texels[at(z, y, x)] = entries[i];
   });
   return texels;
@@ -56,13 +55,6 @@ export function skipEntries(occupied, shape, kind, texture) {
 /** @param {Uint8Array} occupied @param {Shape} shape @param {string} kind */
 export function table(occupied, shape, kind) {
   if (kind === "blocks") return occupied.map((value) => 1 - value);
-  if (kind === "pyramid") return pyramid(occupied, shape);
-  if (kind === "euclidean") return spheres(occupied, shape);
-  if (kind === "octants") {
-    const all = new Uint8Array(8 * occupied.length);
-    for (let octant = 0; octant < 8; octant++) all.set(cubes(occupied, shape, octant), octant * occupied.length);
-    return all;
-  }
   const distance = chebyshev(occupied, shape);
   return kind === "table16" ? distance.map((value) => Number(value > 1)) : distance;
 }
@@ -75,19 +67,31 @@ function each([depth, height, width], visit) {
 
 /** Chessboard distance to the nearest occupied block; empty outside. @param {Uint8Array} occupied @param {Shape} shape */
 function chebyshev(occupied, shape) {
-  const found = occupied.map((value) => (value ? 0 : LARGEST));
-  for (const octant of [0, 7]) sweep(found, shape, octant, 13, (i, least) => Math.min(found[i], least + 1));
-  return found;
-}
-
-/** The edge of the largest empty cube with each block as its hindmost corner. @param {Uint8Array} occupied @param {Shape} shape @param {number} octant */
-function cubes(occupied, shape, octant) {
+  const [depth, height, width] = shape;
+  // With a margin of empty blocks no neighbour is missing.
+  const strides = [(height + 2) * (width + 2), width + 2, 1];
+  const steps = PASSED.map((step) => step.reduce((sum, n, axis) => sum + n * strides[axis], 0));
+  const padded = new Uint8Array(strides[0] * (depth + 2)).fill(LARGEST);
+  const at = (/** @type {number} */ z, /** @type {number} */ y, /** @type {number} */ x) =>
+    (z + 1) * strides[0] + (y + 1) * strides[1] + x + 1;
+  each(shape, (i, z, y, x) => {
+    if (occupied[i]) padded[at(z, y, x)] = 0;
+  });
+  for (const sign of [-1, 1])
+    each(shape, (_, z, y, x) => {
+      const own = sign < 0 ? at(z, y, x) : at(depth - 1 - z, height - 1 - y, width - 1 - x);
+      let least = padded[own];
+      for (const step of steps) least = Math.min(least, padded[own + sign * step] + 1);
+      padded[own] = least;
+    });
   const found = new Uint8Array(occupied.length);
-  sweep(found, shape, octant, 7, (i, least) => (occupied[i] ? 0 : Math.min(least + 1, LARGEST)));
+  each(shape, (i, z, y, x) => {
+    found[i] = padded[at(z, y, x)];
+  });
   return found;
 }
 
-/** Neighbours that a sweep towards smaller x, y and z has passed: the seven of a cube, or all thirteen. */
+/** Neighbours behind a block, along z, y and x: a sweep towards smaller ones has passed them. */
 const PASSED = [
   [0, 0, 1],
   [0, 1, 0],
@@ -103,70 +107,3 @@ const PASSED = [
   [1, -1, 1],
   [1, 1, -1],
 ];
-
-/**
- * Visits all blocks against the direction of an octant (towards smaller x if 1, y if 2, z if 4), with the least value of
- * the first `count` neighbours that were passed.
- * @param {Uint8Array} values @param {Shape} shape @param {number} octant @param {number} count
- * @param {(i: number, least: number) => number} value
- */
-function sweep(values, shape, octant, count, value) {
-  const [depth, height, width] = shape;
-  const signs = [4, 2, 1].map((bit) => (octant & bit ? -1 : 1));
-  // With a margin of empty blocks no neighbour is missing.
-  const strides = [(height + 2) * (width + 2), width + 2, 1];
-  const passed = new Uint8Array(strides[0] * (depth + 2)).fill(LARGEST);
-  const steps = PASSED.slice(0, count).map((step) =>
-    step.reduce((sum, n, axis) => sum + n * signs[axis] * strides[axis], 0),
-  );
-  const place = (/** @type {number} */ k, /** @type {number} */ axis) => (signs[axis] > 0 ? shape[axis] - 1 - k : k);
-  for (let a = 0; a < depth; a++)
-    for (let b = 0; b < height; b++) {
-      const [z, y, x] = [place(a, 0), place(b, 1), place(0, 2)];
-      let i = (z * height + y) * width + x;
-      let at = (z + 1) * strides[0] + (y + 1) * strides[1] + x + 1;
-      for (let c = 0; c < width; c++, i -= signs[2], at -= signs[2]) {
-        let least = LARGEST;
-        for (let k = 0; k < count; k++) if (passed[at + steps[k]] < least) least = passed[at + steps[k]];
-        passed[at] = values[i] = value(i, least);
-      }
-    }
-}
-
-/** 1 + l where the cell of edge 2^l, aligned to multiples of it, is empty. @param {Uint8Array} occupied @param {Shape} shape */
-function pyramid(occupied, shape) {
-  const entries = occupied.map((one) => 1 - one);
-  let [cells, size] = [occupied, shape];
-  for (let level = 1; Math.max(...size) > 1; level++) {
-    const below = cells;
-    const [, height, width] = size;
-    const above = /** @type {Shape} */ (/** @type {unknown} */ (size.map((n) => Math.ceil(n / 2))));
-    cells = new Uint8Array(above[0] * above[1] * above[2]);
-    each(size, (_, z, y, x) => {
-      if (below[(z * height + y) * width + x]) cells[((z >> 1) * above[1] + (y >> 1)) * above[2] + (x >> 1)] = 1;
-    });
-    size = above;
-    each(shape, (i, z, y, x) => {
-      if (!cells[((z >> level) * above[1] + (y >> level)) * above[2] + (x >> level)]) entries[i] = level + 1;
-    });
-  }
-  return entries;
-}
-
-/** 1 + r where all within r blocks of any point of an empty block is empty. @param {Uint8Array} occupied @param {Shape} shape */
-function spheres(occupied, shape) {
-  const squares = Float64Array.from(occupied, (one) => (one ? 0 : LARGEST ** 2));
-  const [, height, width] = shape;
-  [height * width, width, 1].forEach((stride, axis) => {
-    const before = squares.slice();
-    each(shape, (i, z, y, x) => {
-      const at = [z, y, x][axis];
-      for (let k = 0; k < shape[axis]; k++)
-        squares[i] = Math.min(squares[i], before[i + (k - at) * stride] + (k - at) ** 2);
-    });
-  });
-  // The distance of corners: points in two blocks may be a diagonal nearer.
-  return Uint8Array.from(squares, (square, i) =>
-    occupied[i] ? 0 : Math.min(Math.floor(Math.max(Math.fround(Math.sqrt(square)) - Math.sqrt(3), 0)) + 1, LARGEST),
-  );
-}

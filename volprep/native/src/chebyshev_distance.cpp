@@ -121,34 +121,6 @@ void distance_in_slab(const uint8_t* occupied, Shape3 shape, int64_t z0, int64_t
     }
 }
 
-// One octant, its own corner last: the largest cube ahead is one more than the least of the seven cubes ahead.
-void distance_in_octant(const uint8_t* occupied, Shape3 shape, int octant, uint8_t* dst) noexcept {
-    const bool down_x = (octant & 1) != 0;
-    const int64_t step_y = (octant & 2) != 0 ? -shape.x : shape.x;
-    const int64_t step_z = (octant & 4) != 0 ? -shape.slice() : shape.slice();
-    for (int64_t k = 0; k < shape.z; ++k) {
-        const int64_t z = step_z < 0 ? k : shape.z - 1 - k;
-        for (int64_t j = 0; j < shape.y; ++j) {
-            const int64_t y = step_y < 0 ? j : shape.y - 1 - j;
-            uint8_t* row = dst + (z * shape.y + y) * shape.x;
-            const uint8_t* cells = occupied + (z * shape.y + y) * shape.x;
-            // Outside the volume all is empty: its rows count as 255.
-            const uint8_t* rows[3] = {j > 0 ? row + step_y : nullptr, k > 0 ? row + step_z : nullptr,
-                                      j > 0 && k > 0 ? row + step_y + step_z : nullptr};
-            uint8_t before = 255;  // the least of all that is ahead of x, at x's neighbour along the row
-            for (int64_t i = 0; i < shape.x; ++i) {
-                const int64_t x = down_x ? i : shape.x - 1 - i;
-                uint8_t beside = 255;
-                for (const uint8_t* other : rows) {
-                    beside = other == nullptr ? beside : lesser(beside, other[x]);
-                }
-                row[x] = cells[x] != 0 ? uint8_t{0} : sum(lesser(before, beside), 1);
-                before = lesser(beside, row[x]);
-            }
-        }
-    }
-}
-
 }  // namespace
 
 void chebyshev_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int threads) noexcept {
@@ -170,13 +142,6 @@ void chebyshev_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int
     for (int64_t slab = slabs - 2; slab >= 0; --slab) {
         for (int64_t z = start(slab + 1) - 1; z >= start(slab) && relax(z + 1, z); --z) {
         }
-    }
-}
-
-void octant_distance(const uint8_t* occupied, Shape3 shape, uint8_t* dst, int threads) noexcept {
-#pragma omp parallel for num_threads(resolve_threads(threads)) schedule(static)
-    for (int octant = 0; octant < 8; ++octant) {
-        distance_in_octant(occupied, shape, octant, dst + octant * shape.voxels());
     }
 }
 

@@ -33,8 +33,8 @@ from volprep_formats.textures.texel_formats import BYTES_PER_TEXEL, size_bytes
 BEST_BLOCK = 4
 """Cells of a block: a table of 1/64 of the volume. 8 saves a tenth less time with 1/512; smaller ones save no more."""
 BEST_KIND: SkipKind = "distance"
-"""Kind of table: a byte a block, as plain blocks have, and never slower than these; octants take eight times the bytes
-for less than 5 % of the time."""
+"""Kind of table: a byte a block, as plain blocks have, and never slower than these. Distances into each octant would
+take eight times the bytes for less than 5 % of the time."""
 LEAST_SHARE = 0.05
 """Part of the samples that must lie in empty blocks. Tables that saved none cost up to 2 % of the time, through mosaics
 5 %; where 10 % lay in empty blocks they gained 10 %, with 21 % 17 to 23 %, with 33 % 36 to 70 % (an engine, a fly and a
@@ -126,7 +126,7 @@ def skip_together(
     epsilon = wanted.epsilon / len(media)
     share = _share(np.any([measured_occupied(function, epsilon, field) for function, field in media], axis=0))
     kind, block = _kind_and_block(wanted, found.levels[0])
-    size = sum(math.prod(_table_shape(level, kind, block)) for level in levels)
+    size = sum(math.prod(_blocks(level, block)) for level in levels)
     reason = next((why for _, value in media if (why := why_not(wanted, 1.0 if hiding else share, value))), None)
     if reason is not None:
         return (), reason, size
@@ -191,9 +191,9 @@ def _no_room(wanted: SkipSettings, found: SkipInputs) -> str | None:
     profile = found.profile
     if one_channel(8, profile) is None:
         return f"profile {profile.name} has no format of one channel and 8 bits"
-    kind, block = _kind_and_block(wanted, found.levels[0])
+    _, block = _kind_and_block(wanted, found.levels[0])
     for level, volume in zip(found.levels, found.volumes, strict=True):
-        shape = _table_shape(level, kind, block)
+        shape = _blocks(level, block)
         size = math.prod(shape)
         if _layout(shape, profile) is None:
             return f"a table of {shape_text(shape)} entries does not fit into a texture of profile {profile.name}"
@@ -222,14 +222,13 @@ def describe_skip(
         tables = [table for table in plan.tables if table.transfer == function.name]
         reason = why_not(wanted, share, found)
         size = sum(math.prod(table.shape_zyx) for table in tables)
+        kind, block = _kind_and_block(wanted, found.levels[0])
         if reason is None:
-            kind, block = _kind_and_block(wanted, found.levels[0])
             reason = f"{_part(share)}; kind {kind}, blocks of {block}³ cells"
             if share == 1.0:
                 reason = "the transfer function shows nothing, so pictures are empty and rays take no samples"
         else:
-            kind, block = _kind_and_block(wanted, found.levels[0])
-            size = math.prod(_table_shape(found.levels[0], kind, block))
+            size = math.prod(_blocks(found.levels[0], block))
         yield PlanItem(
             name=f"skip table {function.name}",
             kind=KIND,
@@ -261,7 +260,7 @@ def skip_table_plan(
     transfer: str, level: LevelPlan, kind: SkipKind, block: int, profile: DeviceProfile
 ) -> SkipTablePlan:
     """Lay out a table that fits the profile."""
-    texel, layout = one_channel(8, profile), _layout(_table_shape(level, kind, block), profile)
+    texel, layout = one_channel(8, profile), _layout(_blocks(level, block), profile)
     assert texel is not None  # noqa: S101 - why_not has found room
     assert layout is not None  # noqa: S101 - as above
     name = f"skip-{transfer}-{level.index}"
@@ -299,11 +298,6 @@ def _ranges(level: LevelPlan, wanted: SkipSettings, found: SkipInputs) -> BlockR
 def _blocks(level: LevelPlan, block: int) -> Triple:
     z, y, x = (blocks_along(voxels, block) for voxels in level.shape_zyx)
     return z, y, x
-
-
-def _table_shape(level: LevelPlan, kind: SkipKind, block: int) -> Triple:
-    z, y, x = _blocks(level, block)
-    return (8 * z if kind == "octants" else z), y, x
 
 
 def _layout(shape_zyx: Triple, profile: DeviceProfile) -> tuple[Triple, MosaicLayout | None] | None:

@@ -36,7 +36,7 @@ vec3 blocks_from_texture = vec3(textureSize(u_volume$OF, 0)) / $BLOCK;
 vec3 at = (start$OF + stride$OF * i) * blocks_from_texture - 0.5 / $BLOCK;
 vec3 block_stride = stride$OF * blocks_from_texture;
 vec3 block = floor(at);
-float entry = skip_entry$OF(block, block_stride);
+float entry = skip_entry$OF(block);
 if (entry > 0.0) {
   return i + empty_samples(at, block_stride, block, entry) + 1.0;
 }

@@ -3,7 +3,7 @@
 //: Samples that are skipped leave the others where they are.
 vec3 at = block_start + block_stride * next;
 vec3 block = floor(at);
-float entry = skip_entry(block, block_stride);
+float entry = skip_entry(block);
 if (entry > 0.0) {
   next += empty_samples(at, block_stride, block, entry) + 1.0;
   continue;

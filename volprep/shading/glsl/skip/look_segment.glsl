@@ -3,7 +3,7 @@
 //: whose ends are sampled: the front of the next one is read again, and in slot restart its other properties.
 vec3 at = block_start + block_stride * (next - 0.5);
 vec3 block = floor(at);
-float entry = skip_entry(block, block_stride);
+float entry = skip_entry(block);
 float segments = entry > 0.0 ? empty_samples(at, block_stride, block, entry) : 0.0;
 if (segments > 0.0) {
   next += segments;

@@ -1,9 +1,14 @@
 //: Empty-space skipping. Slots: skip_table gives block_position and block_offset, from box millimetres to blocks, and
-//: skip_entry(block, stride), the entry of a block, 0 where it is not empty; skip_reach gives steps_to_leave. Section
-//: start: before the loop; FIRST is the first sample.
+//: skip_entry(block), the entry of a block, 0 where it is not empty. Section start: before the loop; FIRST is the first
+//: sample.
 //#part skip_table
 
-//#part skip_reach
+// Steps until the ray leaves the blocks that are nearer than the entry, which is not 0: all of them are empty.
+float steps_to_leave(vec3 at, vec3 slope, vec3 block, float entry) {
+  vec3 end = block + mix(vec3(1.0 - entry), vec3(entry), vec3(greaterThan(slope, vec3(0.0))));
+  vec3 steps = (end - at) / slope;
+  return min(steps.x, min(steps.y, steps.z));
+}
 
 // Samples that are taken before the table is read again.
 const float RUN = $RUN;

@@ -8,7 +8,7 @@ from volprep_formats.grid import Count, Grid, Signed, Vector
 from volprep_formats.package.transfer_function import Fraction
 from volprep_formats.record import Record
 
-SkipKind = Literal["blocks", "table16", "distance", "octants", "pyramid", "euclidean"]
+SkipKind = Literal["blocks", "table16", "distance"]
 """Meaning of an entry of a skip table."""
 
 

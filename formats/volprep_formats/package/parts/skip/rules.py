@@ -7,7 +7,6 @@ from volprep_formats.package.parts.skip.record import BlockRangesRecord, Skippin
 from volprep_formats.package.texture import Texture
 from volprep_formats.textures.texel_formats import has_bytes
 
-_OCTANTS = 8
 _ENDS = 2
 
 
@@ -17,8 +16,7 @@ def skip_contradictions(manifest: Manifest) -> Iterator[str]:
     textures = {(texture.role, texture.name): texture for texture in manifest.textures}
     for table in skipping.tables:
         held = textures.get(("skip", table.texture))
-        times = _OCTANTS if table.kind == "octants" else 1
-        yield from (f"skip table {table.texture} {problem}" for problem in _described(table, "skip", times, held))
+        yield from (f"skip table {table.texture} {problem}" for problem in _described(table, "skip", 1, held))
         if held is not None and not has_bytes(held.format):
             yield f"skip table {table.texture} has entries that are no bytes"
     for ranges in skipping.ranges:
