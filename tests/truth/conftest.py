@@ -143,7 +143,7 @@ class Light:
         return np.stack([trilinear(normals[..., axis], at, spacing) for axis in range(3)], axis=-1)
 
     def along(self, t):
-        return self.vectors(t) @ self._field[2]
+        return self.vectors(t) @ (self._field[2] / np.linalg.norm(self._field[2]))
 
     def shade(self, t):
         return np.hypot(self.along(t), 0.01) / np.hypot(np.linalg.norm(self.vectors(t), axis=-1), 0.01)
@@ -216,4 +216,5 @@ def oracle():
         trilinear=trilinear,
         inside_box=inside_box,
         cuts_along=cuts_along,
+        light=Light,
     )

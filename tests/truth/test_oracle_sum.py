@@ -26,7 +26,7 @@ def at_once(media, spacing):
     return [Placed(tuple(spacing), np.eye(3, 4))] * len(media)
 
 
-def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, *, shape_hw=(1, 1), threads=1, places=None):
+def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, *, shape_hw=(1, 1), threads=1, places=None, lit=()):
     """Picture and bound of volumes of one type, each with control points."""
     volumes = [volume for volume, _ in media]
     rows = [np.array([[p.value, *p.colour, p.extinction_per_mm] for p in points], dtype=float) for _, points in media]
@@ -47,6 +47,7 @@ def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, *, shape_hw=(1,
         tolerance,
         rgba,
         bound,
+        lit,
         threads=threads,
     )
     return rgba, bound
@@ -55,12 +56,13 @@ def draw(media, camera, spacing=(1.0, 1.0, 1.0), tolerance=1e-6, *, shape_hw=(1,
 class OwnRay:
     """A ray in the box of one medium, along which t remains what it is in the box of the camera."""
 
-    def __init__(self, oracle, volume, at, ray_mm):
+    def __init__(self, oracle, volume, at, ray_mm, normals=None):
         direction = np.array(ray_mm[1], dtype=float) / np.linalg.norm(ray_mm[1])
         self.oracle, self.volume, self.spacing = oracle, volume.astype(float), at.spacing
         self.origin = at.own_from_box[:, :3] @ np.array(ray_mm[0], dtype=float) + at.own_from_box[:, 3]
         self.direction = at.own_from_box[:, :3] @ direction
         extent = np.array(volume.shape[::-1]) * at.spacing
+        self.light = None if normals is None else oracle.light(normals, self.origin, self.direction, self.spacing)
         self.start, self.end = oracle.inside_box(self.origin, self.direction, ray_mm[2], extent)
 
     def planes(self):
@@ -76,15 +78,24 @@ class OwnRay:
     def meets(self, t):
         return self.start < t < self.end
 
+    def shade(self, t):
+        return 1.0 if self.light is None else self.light.shade(t)
+
+    def ends_of_panels(self, low, high):
+        return () if self.light is None else self.light.ends(low, high)
+
     def field(self, t):
         places = self.origin + np.multiply.outer(t, self.direction)
         return self.oracle.trilinear(self.volume, places, self.spacing)
 
 
-def slow_sum(oracle, media, ray_mm, spacing, places=None):
+def slow_sum(oracle, media, ray_mm, spacing, places=None, *, normals=None):
     """The light of one ray by brute force, as the twin of one medium finds it: pieces between all cuts of all media."""
     places = places or at_once(media, spacing)
-    rays = [OwnRay(oracle, volume, at, ray_mm) for (volume, _), at in zip(media, places, strict=True)]
+    normals = normals or [None] * len(media)
+    rays = [
+        OwnRay(oracle, volume, at, ray_mm, held) for (volume, _), at, held in zip(media, places, normals, strict=True)
+    ]
     planes = sorted(set().union(*(ray.planes() for ray in rays)))
     if not planes:
         return np.zeros(4)
@@ -110,13 +121,16 @@ def slow_sum(oracle, media, ray_mm, spacing, places=None):
             for (ray, points), segment in zip(met, segments, strict=True):
                 values = ray.field(t)
                 extinction = oracle.classify(points, segment, values, [p.extinction_per_mm for p in points])
-                yield extinction, oracle.classify(points, segment, values, np.array([p.colour for p in points]))
+                colours = oracle.classify(points, segment, values, np.array([p.colour for p in points]))
+                yield extinction, colours * np.expand_dims(ray.shade(t), -1)
 
         def extinction(t, each=each):
             return sum(one for one, _ in each(t))
 
         piece = (high - low) / 2 * WEIGHTS @ extinction((low + high) / 2 + (high - low) / 2 * NODES)
-        for first, last in pairwise(np.linspace(low, high, 1 + max(1, int(np.ceil(2 * piece))))):
+        panels = np.linspace(low, high, 1 + max(1, int(np.ceil(2 * piece))))
+        close = [ray.ends_of_panels(low, high) for ray, _ in met]
+        for first, last in pairwise(np.unique(np.concatenate([panels, *close]))):
             half = (last - first) / 2
             t = first + half * (1 + NODES)
             inner = first + np.multiply.outer((t - first) / 2, 1 + NODES)
@@ -162,6 +176,21 @@ def test_random_rays_agree_within_the_bound(oracle, seed, depth, tolerance, axis
     assert np.abs(rgba[0, 0] - truth).max() <= bound[0, 0] + TWIN_ROUNDING
 
 
+def on_own_grids(rng, media, spacing, *, aligned):
+    """The media with other volumes on grids that are turned and sheared, and where they lie."""
+    extent = np.array(media[0][0].shape[::-1]) * spacing
+    places, resized = at_once(media[:1], spacing), [media[0]]
+    for volume, points in media[1:]:
+        other = rng.integers(0, 256, tuple(rng.integers(1, 5, 3))).astype(volume.dtype)
+        own = tuple(spacing * rng.uniform(0.3, 1.6, 3))
+        turn = np.eye(3) if aligned else Rotation.random(random_state=rng).as_matrix()
+        sheared = turn @ (np.eye(3) + np.triu(rng.uniform(-0.3, 0.3, (3, 3))))
+        half = np.array(other.shape[::-1]) * own / 2
+        places.append(Placed(own, np.column_stack([sheared, half - sheared @ (extent * rng.uniform(0.2, 0.8, 3))])))
+        resized.append((other, points))
+    return resized, places
+
+
 @settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -174,15 +203,7 @@ def test_random_rays_through_grids_of_their_own_agree_within_the_bound(oracle, s
     rng = np.random.default_rng(seed)
     media, spacing = random_media(oracle, rng, depth)
     extent = np.array(media[0][0].shape[::-1]) * spacing
-    places, resized = at_once(media[:1], spacing), [media[0]]
-    for volume, points in media[1:]:
-        other = rng.integers(0, 256, tuple(rng.integers(1, 5, 3))).astype(volume.dtype)
-        own = tuple(spacing * rng.uniform(0.3, 1.6, 3))
-        turn = np.eye(3) if aligned else Rotation.random(random_state=rng).as_matrix()
-        sheared = turn @ (np.eye(3) + np.triu(rng.uniform(-0.3, 0.3, (3, 3))))
-        half = np.array(other.shape[::-1]) * own / 2
-        places.append(Placed(own, np.column_stack([sheared, half - sheared @ (extent * rng.uniform(0.2, 0.8, 3))])))
-        resized.append((other, points))
+    resized, places = on_own_grids(rng, media, spacing, aligned=aligned)
     origin, target = rng.uniform(-0.3, 1.3, 3) * extent, rng.uniform(0, 1, 3) * extent
     length = np.linalg.norm(target - origin) * rng.uniform(0.5, 3)
     camera = oracle.ray(origin, target - origin, length)
@@ -190,6 +211,33 @@ def test_random_rays_through_grids_of_their_own_agree_within_the_bound(oracle, s
     truth = slow_sum(oracle, resized, (origin, target - origin, length), None, places)
     assert bound[0, 0] <= tolerance
     assert np.abs(rgba[0, 0] - truth).max() <= bound[0, 0] + TWIN_ROUNDING
+
+
+@settings(max_examples=15)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    depth=st.floats(-2, 2).map(lambda power: 10.0**power),
+    tolerance=st.floats(-8, -2).map(lambda power: 10.0**power),
+)
+@example(seed=3, depth=3.0, tolerance=1e-6)
+def test_lit_media_agree_within_the_bound(oracle, seed, depth, tolerance):
+    rng = np.random.default_rng(seed)
+    media, spacing = random_media(oracle, rng, depth)
+    media, places = on_own_grids(rng, media, spacing, aligned=rng.random() < 0.5)
+    extent = np.array(media[0][0].shape[::-1]) * spacing
+    # One medium is not lit, nor are some voxels of the others.
+    normals = [rng.normal(0, 1, (*volume.shape, 3)).astype(np.float32) for volume, _ in media]
+    for held in normals:
+        held[rng.random(held.shape[:3]) < 0.4] = 0.0
+    normals[-1] = None
+    lit = [("", held, 0.0, (False, False, False)) for held in normals]
+    origin, target = rng.uniform(-0.3, 1.3, 3) * extent, rng.uniform(0, 1, 3) * extent
+    length = np.linalg.norm(target - origin) * rng.uniform(0.5, 3)
+    camera = oracle.ray(origin, target - origin, length)
+    rgba, bound = draw(media, camera, tolerance=tolerance, places=places, lit=lit)
+    truth = slow_sum(oracle, media, (origin, target - origin, length), None, places, normals=normals)
+    assert bound[0, 0] <= tolerance
+    assert np.abs(rgba[0, 0] - truth).max() <= bound[0, 0] + 1e-11
 
 
 def test_a_medium_ends_where_its_box_does(oracle):

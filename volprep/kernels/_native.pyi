@@ -1027,6 +1027,7 @@ def render_oracle_sum(
     tolerance: float,
     rgba: NDArray[float64],
     bound: NDArray[float64],
+    normals: Sequence[tuple[str, NDArray[float32] | None, float, tuple[bool, bool, bool]]] = (),
     threads: int = 0,
 ) -> None:
     """Write the picture of several volumes, each on a grid of its own, and a bound on the error of each pixel.
@@ -1048,6 +1049,8 @@ def render_oracle_sum(
         Of each volume: distance of voxel centres; size of its box. Voxel 0 lies half a spacing inside the box's corner.
     own_from_box
         float64 [n, 3, 4], of each volume: from the camera's box space to its own; outside of its box it is empty.
+    normals
+        Of each volume `kernel`, `normals`, `slope_scale` and `halved` of `render_oracle`; empty where nothing is lit.
     box_from_clip
         float64 [4, 4] from homogeneous clip coordinates to box space. Rays run from z = -1 to z = +1.
     tolerance

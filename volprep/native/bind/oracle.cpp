@@ -1,9 +1,11 @@
 #include "volprep/oracle.hpp"
 
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "oracle_source.hpp"
@@ -172,13 +174,15 @@ void render_refined(const AnyVolume& volume, double slope, double intercept, Vec
     });
 }
 
+// Kernel, normals, scale of slopes and halved axes of a volume.
+using MediumNormals = std::tuple<std::string, std::optional<Vectors>, double, Halved>;
 using Affines = nb::ndarray<const double, nb::shape<-1, 3, 4>, nb::c_contig, nb::device::cpu>;
 
 void render_oracle_sum(const std::vector<AnyVolume>& volumes, const std::vector<double>& slopes,
                        const std::vector<double>& intercepts, const std::vector<PointRows>& points,
                        const std::vector<Vector3>& spacings_mm_xyz, const std::vector<Vector3>& extents_mm_xyz,
                        const Affines& own_from_box, const Matrix4& box_from_clip, double tolerance, const Rgba& rgba,
-                       const Pixels& bound, int threads) {
+                       const Pixels& bound, const std::vector<MediumNormals>& normals, int threads) {
     const std::size_t count = volumes.size();
     require(count >= 1 && count <= kMostMedia,
             "volumes has " + std::to_string(count) + " entries, expected 1 to " + std::to_string(kMostMedia));
@@ -189,20 +193,26 @@ void render_oracle_sum(const std::vector<AnyVolume>& volumes, const std::vector<
     require(tolerance >= 1e-13, "tolerance must be at least 1e-13: float64 cannot do better");
     require(bound.shape(0) == rgba.shape(0) && bound.shape(1) == rgba.shape(1),
             "rgba and bound must have the same height and width");
+    require(normals.empty() || normals.size() == count, "normals must have an entry for each volume, or none");
     std::vector<Columns> columns;
+    std::vector<std::optional<OracleNormals>> vectors(count);
     for (std::size_t i = 0; i < count; ++i) {
         require_source(shape_of(volumes[i]), spacings_mm_xyz[i], extents_mm_xyz[i], threads);
         require_type("volumes", volumes[i], volumes[0].dtype());
         require(points[i].shape(0) > 0, "points must have at least one row each");
         columns.emplace_back(points[i]);
+        if (normals.empty()) continue;
+        const auto& [kernel, held, slope_scale, halved] = normals[i];
+        vectors[i] = normals_of(shape_of(volumes[i]), kernel, held, slope_scale, halved);
     }
     const OraclePicture picture{view_of(bound, box_from_clip), rgba.data(), bound.data()};
     with_type_of<uint8_t, int16_t, uint16_t, float>("volumes", volumes[0], [&]<typename T>() {
         std::vector<OracleMedium<T>> media;
         for (std::size_t i = 0; i < count; ++i) {
             const auto* voxels = static_cast<const T*>(volumes[i].data());
-            const OracleVolume volume =
+            OracleVolume volume =
                 source_of(shape_of(volumes[i]), slopes[i], intercepts[i], spacings_mm_xyz[i], extents_mm_xyz[i]);
+            if (vectors[i].has_value()) volume.normals = &*vectors[i];
             media.push_back({voxels, volume, own_from_box.data() + 12 * i, columns[i].transfer()});
         }
         const nb::gil_scoped_release released;
@@ -276,7 +286,7 @@ const Definitions definitions([](nb::module_& module) {
                "planes"_array.none() = nb::none(), "threads"_a = 0);
     module.def("render_oracle_sum", &render_oracle_sum, "volumes"_array, "slopes"_a, "intercepts"_a, "points"_array,
                "spacings_mm_xyz"_a, "extents_mm_xyz"_a, "own_from_box"_array, "box_from_clip"_array, "tolerance"_a,
-               "rgba"_array, "bound"_array, "threads"_a = 0);
+               "rgba"_array, "bound"_array, "normals"_a = std::vector<MediumNormals>(), "threads"_a = 0);
     module.def("render_surface", &render_surface, "volume"_array, "slope"_a, "intercept"_a, "spacing_mm_xyz"_a,
                "extent_mm_xyz"_a, "box_from_clip"_array, "isovalue"_a, "solid"_a, "t_mm"_array, "error_mm"_array,
                "value"_array, "normal"_array, "normal_mm"_array, "kernel"_a = "", "normals"_array.none() = nb::none(),

@@ -9,6 +9,9 @@
 // (T - T0)^j E with 4 j + 6 <= 2n - 1 are integrated exactly by n points; with m the number of these terms, the
 // rest is at most M = max |E| exp(W - T0) W^m / m! on the ellipse, and |error| <= h 64/15 M r^-2n / (1 - r^-2).
 //
+// A lit medium gives c_i L_i tau_i, with L as in oracle_lit.cpp. That is no polynomial: no term is integrated exactly,
+// m is 0, and |E| is bounded on ellipses in which every L_i is analytic.
+//
 // Rounding. The light is the integral of k dA with A = 1 - exp(-T) and the colour of the mixture, k = sum(w_i c_i) with
 // weights w_i = tau_i / tau. As for one medium, an error of T costs where k changes. The range of w_i follows from
 // the ranges of all tau_i. w_i is a quotient of cubics, whose derivative has at most 4 zeros, so that it varies by 5
@@ -23,6 +26,7 @@
 #include "volprep/oracle/extinction.hpp"
 #include "volprep/oracle/gauss.hpp"
 #include "volprep/oracle/mixture.hpp"
+#include "volprep/oracle/shade.hpp"
 #include "volprep/oracle/sum.hpp"
 
 namespace volprep::oracle {
@@ -68,28 +72,37 @@ Extinction total_extinction(const Media& media, double length_mm) noexcept {
     return Extinction(Piece{&kIdentity, sum, 0.0, length_mm, 0.0});
 }
 
-// The largest |E| of any colour on the disc |y| <= radius.
-double largest_emission(const Media& media, double radius) {
-    double most = 0.0;
-    for (int channel = 0; channel < 3; ++channel) {
-        double sum = 0.0;
-        for (const SumMedium& medium : media) {
-            sum += largest(colour_of(medium, channel), radius) * largest(extinction_of(medium), radius);
-        }
-        most = std::max(most, sum);
-    }
-    return most;
-}
-
 // All that is integrated over a piece.
 struct Mixture {
     const Media& media;
     Extinction extinction;
+    std::vector<Shade> shades;  // of each medium; none where nothing is lit
 
-    Mixture(const Media& media_, double length_mm) noexcept
-        : media(media_), extinction(total_extinction(media_, length_mm)) {}
+    Mixture(const Media& media_, double length_mm) : media(media_), extinction(total_extinction(media_, length_mm)) {
+        const auto lit = [](const SumMedium& medium) { return medium.normals != nullptr; };
+        if (std::none_of(media.begin(), media.end(), lit)) return;
+        // Without a normal L is 1.
+        constexpr CellNormals kNone{};
+        for (const SumMedium& medium : media) {
+            shades.emplace_back(lit(medium) ? *medium.normals : kNone, medium.from, medium.to);
+        }
+    }
     double depth() const noexcept { return extinction.depth(); }
     double antiderivative(double y) const noexcept { return extinction.antiderivative(y); }
+    double light(std::size_t medium, double y) const noexcept { return shades.empty() ? 1.0 : shades[medium].at(y); }
+    // The largest |E| of any colour on the disc |y| <= radius; infinite where it may not be analytic.
+    double largest_emission(double radius) const noexcept {
+        double most = 0.0;
+        for (int channel = 0; channel < 3; ++channel) {
+            double sum = 0.0;
+            for (std::size_t i = 0; i < media.size(); ++i) {
+                const double shine = shades.empty() ? 1.0 : std::sqrt(shades[i].square_bound(radius));
+                sum += shine * largest(colour_of(media[i], channel), radius) * largest(extinction_of(media[i]), radius);
+            }
+            most = std::max(most, sum);
+        }
+        return most;
+    }
 };
 
 // The smallest rule whose error is within `allowed`; the best there is, where none is.
@@ -99,15 +112,18 @@ Choice choose_rule(const Mixture& mixture, double allowed) {
     for (const EllipseBounds& ellipse : kEllipseBounds) {
         const double spread = extinction.spread(ellipse.radius);
         if (spread > kWidest) continue;
-        const double scale = extinction.half_length * largest_emission(mixture.media, ellipse.radius) *
+        const double scale = extinction.half_length * mixture.largest_emission(ellipse.radius) *
                              std::exp(spread - extinction.depth_at_0());
         for (std::size_t k = 0; k < kRules.size(); ++k) {
-            double error = scale * ellipse.series[k] / kFactorials[k];
-            for (int i = 0; i < kExactTerms[k]; ++i) error *= spread;
+            double error = scale * ellipse.series[k];
+            if (mixture.shades.empty()) {
+                error /= kFactorials[k];
+                for (int i = 0; i < kExactTerms[k]; ++i) error *= spread;
+            }
             if (error < choice.error) choice = {&kRules[k], error};
             if (error <= allowed) return choice;
         }
-        return choice;
+        if (mixture.shades.empty()) return choice;
     }
     return choice;
 }
@@ -117,21 +133,24 @@ void integrate(double light[3], const GaussRule& rule, const Mixture& mixture) {
     const double start = extinction.antiderivative(-1.0);
     for_each_node(rule, [&](double y, double weight) {
         const double through = weight * extinction.half_length * std::exp(start - extinction.antiderivative(y));
-        for (const SumMedium& medium : mixture.media) {
-            const double strength = through * extinction_of(medium).at(y);
+        for (std::size_t i = 0; i < mixture.media.size(); ++i) {
+            const SumMedium& medium = mixture.media[i];
+            const double strength = through * extinction_of(medium).at(y) * mixture.light(i, y);
             for (int channel = 0; channel < 3; ++channel) light[channel] += strength * colour_of(medium, channel).at(y);
         }
     });
 }
 
 // The colour of the mixture, E / tau, at an end of a piece; nowhere known where there is no extinction.
-bool mixed_colour(const Media& media, double y, double colour[3]) {
+bool mixed_colour(const Mixture& mixture, double y, double colour[3]) {
     double total = 0.0;
     std::fill_n(colour, 3, 0.0);
-    for (const SumMedium& medium : media) {
+    for (std::size_t i = 0; i < mixture.media.size(); ++i) {
+        const SumMedium& medium = mixture.media[i];
         const double tau = std::max(0.0, extinction_of(medium).at(y));
         total += tau;
-        for (int channel = 0; channel < 3; ++channel) colour[channel] += tau * colour_of(medium, channel).at(y);
+        const double lit = tau * mixture.light(i, y);
+        for (int channel = 0; channel < 3; ++channel) colour[channel] += lit * colour_of(medium, channel).at(y);
     }
     for (int channel = 0; channel < 3; ++channel) colour[channel] /= total;
     return total > 0.0;
@@ -164,7 +183,8 @@ struct Colours {
             for (int channel = 0; channel < 3; ++channel) {
                 const Range colour = range_of(colour_of(medium, channel));
                 const double front = medium.front != nullptr ? medium.front->colour[channel] : colour.high;
-                low[channel] = std::min({low[channel], colour.low, front});
+                const double darkest = medium.normals != nullptr ? 0.0 : colour.low;
+                low[channel] = std::min({low[channel], darkest, front});
                 high[channel] = std::max({high[channel], colour.high, front});
             }
             least += range_of(extinction_of(medium)).low;
@@ -180,7 +200,9 @@ struct Colours {
             weights += most_weight - (own.low > 0.0 ? least_weight : 0.0);
             double change = 0.0;
             for (int channel = 0; channel < 3; ++channel) {
-                change = std::max(change, 2.0 * colour_of(medium, channel).slope_bound(1.0));
+                const Cubic colour = colour_of(medium, channel);
+                const double turned = medium.normals != nullptr ? kTurns * range_of(colour).high : 0.0;
+                change = std::max(change, 2.0 * colour.slope_bound(1.0) + turned);
             }
             variation += most_weight * change;
         }
@@ -201,6 +223,9 @@ Doubt doubt_of(const Media& media, double length_mm, double alpha, const RayLimi
         doubt.depth += 2.0 * limits.position_error_mm * own + rounding + 4.0 * kEpsilon;
         doubt.share += rounding;
         doubt.value += medium.segment->colour_steepness * medium.value_error * alpha;
+        // As in oracle_lit.cpp.
+        if (medium.normals != nullptr)
+            doubt.value += limits.colour_max * 4.0 * medium.normals->error / kSoftLength * alpha;
         if (medium.front != nullptr) {
             const double front = medium.front->extinction;
             doubt.before += 2.0 * front * length_mm;
@@ -220,7 +245,7 @@ void add(Beam& beam, const Mixture& mixture, const RayLimits& limits, const doub
     const Doubt doubt = doubt_of(media, 2.0 * mixture.extinction.half_length, 1.0 - through, limits);
     add_mixture(
         beam, limits, through, doubt, {colours.span, colours.variation, 32.0}, light, light_error,
-        [&](double y, double colour[3]) { return mixed_colour(media, y, colour); },
+        [&](double y, double colour[3]) { return mixed_colour(mixture, y, colour); },
         [&](int channel) { return colour_of(media.front(), channel).at(1.0); });
 }
 
@@ -230,7 +255,9 @@ void gather_sum(Beam& beam, const std::vector<SumMedium>& media, double length_m
     if (media.empty() || !(length_mm > 0.0)) return;
     if (media.size() == 1 && media[0].front == nullptr) {
         const SumMedium& only = media[0];
-        gather(beam, {only.segment, only.value, only.base, length_mm, only.value_error}, limits);
+        gather(beam,
+               {only.segment, only.value, only.base, length_mm, only.value_error, only.normals, only.from, only.to},
+               limits);
         return;
     }
     gather_cut<Mixture>(beam, media, length_mm, limits);

@@ -10,7 +10,8 @@ void gather_sum_cell(Beam& beam, const std::vector<SumPath>& paths, const RayLim
         [&](std::size_t i) -> const Transfer& { return *paths[i].transfer; },
         [&](std::size_t i, double from, double to) {
             const CellPath& path = paths[i].path;
-            return SumMedium{nullptr, nullptr, path.value.between(from, to), path.base, path.value_error};
+            return SumMedium{nullptr, nullptr, path.value.between(from, to), path.base, path.value_error, path.normals,
+                             from,    to};
         },
         [&](const std::vector<SumMedium>& media, double share) {
             gather_sum(beam, media, paths[0].path.length_mm * share, limits);

@@ -21,6 +21,7 @@ using oracle::RayWalk;
 template <typename Voxel>
 struct Medium {
     oracle::Transfer transfer;
+    oracle::Normals normals;
     oracle::Field<Voxel> field;
     std::vector<uint8_t> empty_blocks;
     const double* own_from_box;
@@ -36,23 +37,27 @@ struct Scene {
 struct Work {
     std::vector<RayWalk> walks;
     std::vector<oracle::SumPath> paths;
+    std::vector<oracle::CellNormals> normals;  // of each field
     oracle::SumCuts cuts;
 };
 
 template <typename Voxel>
 Scene<Voxel> prepare(const OracleMedium<Voxel>* media, int64_t count, int threads) {
     Scene<Voxel> scene;
+    scene.media.reserve(static_cast<std::size_t>(count));  // fields point to normals beside them
     for (int64_t i = 0; i < count; ++i) {
         const OracleMedium<Voxel>& medium = media[i];
         Medium<Voxel> made{};
         made.transfer = oracle::prepare_transfer(medium.transfer.count, medium.transfer.values, medium.transfer.colours,
                                                  medium.transfer.extinctions_per_mm);
+        made.normals = oracle::normals_of(medium.volume.normals);
         made.field = oracle::field_of(medium.voxels, medium.volume, nullptr);
         made.empty_blocks = oracle::find_empty_blocks(medium.voxels, medium.volume.shape, medium.volume.slope,
                                                       medium.volume.intercept, made.transfer, threads);
         made.own_from_box = medium.own_from_box;
         scene.colour_max = std::max(scene.colour_max, made.transfer.colour_max);
         scene.media.push_back(std::move(made));
+        if (medium.volume.normals != nullptr) scene.media.back().field.normals = &scene.media.back().normals;
     }
     return scene;
 }
@@ -102,6 +107,7 @@ template <typename Voxel>
 void gather_cells(Beam& beam, const Scene<Voxel>& scene, double from_mm, double to_mm, const RayLimits& limits,
                   Work& work) noexcept {
     work.paths.clear();
+    work.normals.resize(scene.media.size());
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         const RayWalk& walk = work.walks[i];
         if (!meets(walk, from_mm)) continue;
@@ -111,9 +117,18 @@ void gather_cells(Beam& beam, const Scene<Voxel>& scene, double from_mm, double 
         for (int axis = 0; axis < 3; ++axis) walk.axes[axis].inside(from_mm, to_mm, middle[axis], half[axis]);
         oracle::SumPath found{{}, &medium.transfer};
         found.path.length_mm = to_mm - from_mm;
-        if (find_path(found.path, medium.field, walk.axes, middle, half, walk.relative_error, medium.transfer)) {
-            work.paths.push_back(found);
+        if (!find_path(found.path, medium.field, walk.axes, middle, half, walk.relative_error, medium.transfer))
+            continue;
+        oracle::CellNormals& normals = work.normals[i];
+        if (medium.field.normals != nullptr &&
+            cell_normals(normals, medium.field, walk.axes, middle, half, walk.relative_error)) {
+            double way[3];
+            for (int axis = 0; axis < 3; ++axis) way[axis] = walk.axes[axis].rate * medium.field.spacing_mm[axis];
+            const double speed = std::hypot(way[0], way[1], way[2]);
+            for (int axis = 0; axis < 3; ++axis) normals.direction[axis] = way[axis] / speed;
+            found.path.normals = &normals;
         }
+        work.paths.push_back(found);
     }
     if (work.paths.size() == 1) {
         gather_cell(beam, work.paths[0].path, *work.paths[0].transfer, limits, work.cuts.cuts);

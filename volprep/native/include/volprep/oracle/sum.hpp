@@ -22,9 +22,15 @@ struct SumMedium {
     Cubic value;
     double base;
     double value_error;
+    const CellNormals* normals;  // none where it is not lit
+    double from;                 // where on the cell's part of the ray it begins and ends
+    double to;
 
-    SumMedium between(double from, double to) const noexcept {
-        return {segment, front, value.between(from, to), base, value_error};
+    SumMedium between(double begin, double end) const noexcept {
+        const double middle = 0.5 * (from + to);
+        const double half = 0.5 * (to - from);
+        return {segment,     front,   value.between(begin, end), base,
+                value_error, normals, middle + half * begin,     middle + half * end};
     }
 };
 
