@@ -125,6 +125,7 @@ def export(
                 require_place(target)
     if kind == "nifti" and channel is None and values == "physical" and _export_colours(package, file, level):
         return
+    channel = channel or _told_channel(package, file)
     with open_level(package, level, channel, frame) as source, progress() as watcher:
         writer = import_module(f"volprep_formats.writers.{kind}")
         writer.write(StoredValues(source) if values == "stored" else source, file, watcher)
@@ -143,6 +144,17 @@ def _tell_frame(package: Path, file: Path, frame: int) -> None:
         file.exists()
     if frames := Package.open(package, allow_draft=True, frame=frame).manifest.frames:
         print_note(f"{file}: frame {frame} of {len(frames)}, from 0 on; --frame NUMBER writes another one")
+
+
+def _told_channel(package: Path, file: Path) -> str:
+    """Return the default channel, and say which one it is if the package has several."""
+    from volprep_formats.package.channel_packages import channel_packages
+    from volprep_formats.package.reader import Package
+
+    names = [*channel_packages(Package.open(package, allow_draft=True))]
+    if len(names) > 1:
+        print_note(f"{file}: channel {names[0]} of {', '.join(names)}; --channel NAME writes another one")
+    return names[0]
 
 
 def _export_colours(package: Path, file: Path, level: int | None) -> bool:

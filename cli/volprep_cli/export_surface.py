@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from volprep_cli.console import print_json, print_line, progress, wants_json
+from volprep_cli.console import print_json, print_line, print_note, progress, wants_json
 from volprep_cli.outputs import require_new
 
 
@@ -20,6 +20,7 @@ def export_surface(
     """Write the surface that a picture shows. Raises VP1333 where it shows none."""
     from volprep.surface.surfaces import surfaces_of
     from volprep_formats.output import require_place
+    from volprep_formats.package.reader import Package
     from volprep_formats.writers.surface_files import write_surfaces
 
     require_new(file, force=force)
@@ -31,6 +32,11 @@ def export_surface(
         print_json({"file": str(file), **surfaces.facts.model_dump(mode="json")})
         return
     print_line(f"{file}: {surfaces.facts.surface}")
+    shown = surfaces.facts.function
+    functions = Package.open(package, allow_draft=True).manifest.transfer_functions
+    others = [function.name for function in functions if function.name != shown]
+    if transfer is None and others:
+        print_note(f"{file}: the surface of {shown}; --transfer NAME writes that of {', '.join(others)}")
     for node in surfaces.facts.nodes:
         error = node.error
         closed = "closed" if node.watertight else "not closed"

@@ -83,7 +83,10 @@ def _picture(package: "Package", level: int | None, path: Path, *, normals: bool
     height, width, _ = made.pixels.shape
     layout = {"level": made.level, "slices": made.shown, "every": made.every, "tiles_x": made.tiles_x}
     every = "" if made.every == 1 else f", one of {made.every}"
-    told = f"{path}: {width}×{height}, level {made.level}, {made.shown} slices{every}, {made.tiles_x} in a row"
+    channels, frames = package.manifest.channels, package.manifest.frames or ()
+    of = f", channel {channels[0].name} of {len(channels)}" if len(channels) > 1 else ""
+    of += f", frame 0 of {len(frames)}" if frames else ""
+    told = f"{path}: {width}×{height}, level {made.level}{of}, {made.shown} slices{every}, {made.tiles_x} in a row"
     print_done(told, picture=path_text(path), width=width, height=height, **layout)
 
 

@@ -1112,6 +1112,8 @@ typedef struct volpkg_medium {
     /* Matrix from the space of the channel's scan to that of the package, if the two differ: a registration. Three rows
        of four numbers; the fourth row is 0, 0, 0, 1. 0 if absent. */
     VOLPKG_LIST(double) placed;
+    /* Whether it keeps its colours in a picture whose program is lit. Absent means false. 0 if absent. */
+    int32_t unlit;
 } volpkg_medium;
 
 /* A picture of the sub-volumes around a point of their grid. */
@@ -3639,6 +3641,7 @@ static const volpkg__field volpkg__picture_medium_fields[] = {
     {"channel", &volpkg__label, offsetof(volpkg_medium, channel), VOLPKG__NEEDED, 0, NULL},
     {"transfer", &volpkg__string, offsetof(volpkg_medium, transfer), VOLPKG__NEEDED, 0, NULL},
     {"placed", &volpkg__real_list_12_to_12, offsetof(volpkg_medium, placed), VOLPKG__NULLABLE, 0, NULL},
+    {"unlit", &volpkg__truth, offsetof(volpkg_medium, unlit), VOLPKG__NULLABLE, 0, NULL},
     VOLPKG__END};
 VOLPKG__RECORDS(volpkg__picture_medium_record, volpkg_medium, volpkg__picture_medium_fields)
 VOLPKG__MANY(volpkg__picture_medium_record_list_1_to_64, volpkg__picture_medium_record, 1, 64.0)

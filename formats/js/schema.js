@@ -38,7 +38,7 @@ export const SCHEMA = {
   PaletteEntry: "colour: 3F; extinction_per_mm: N",
   Pass: "vertex: p; fragment: p; geometry: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; sampler: s; target: =rgba8|rgba16f|rgba32f; uniforms: *Uniform; reads?: *s; size?: I~",
   Picture: "name: s; media: *(1,)PictureMedium; mixing?: =one|sum|labels|colour; grid?: Grid~; drawings?: *Drawing; pieces?: Pieces~; on_demand?: FromBricks~",
-  PictureMedium: "channel: c; transfer: s; placed?: *(12,12)n~",
+  PictureMedium: "channel: c; transfer: s; placed?: *(12,12)n~; unlit?: b~",
   Pieces: "program: s; textures: *s; step_mm: P",
   PlanItem: "name: s; kind?: s; channel?: c~; transfer?: s~; level?: U~; kept: b; reason: s; files?: *p; size_bytes?: B",
   Program: "name: s; sampling: =texture3d|mosaic|subvolumes|bricks|on-demand; technique?: =ray-casting|ray-casting-as-published|two-pass|two-pass-as-published|slabs|tiles|axis-slices|view-slices|view-slices-as-published; classification?: =lookup|preintegrated|palette|control-points|preclassified|colour; lighting?: =none|headlight|phong|blinn-phong; normals_from?: =volume|forward|central; light?: Light~; baked?: b; compositing?: =emission-absorption|back-to-front|maximum|minimum|average|mida|first-hit|isosurface; rays?: =box|mesh; vertex: p; fragment: p; uniforms: *Uniform; samplers: *s; geometry?: =triangle|front-faces|back-faces|mesh|axis-slices|view-slices|half-angle-slices; before?: *Pass; light_pass?: LightPass~; tiles?: Tiles~; blend?: Blend~; target?: =rgba8|rgba16f|rgba32f; slab_samples?: I~; step_mm_min?: n~; opacity_cutoff?: F~",

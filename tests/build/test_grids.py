@@ -240,6 +240,17 @@ def test_a_dose_off_by_a_part_of_a_voxel_is_drawn_there_to_a_hundredth_of_a_voxe
     assert np.abs(found_voxel - true_voxel)[met].max() < 0.01
 
 
+def test_light_falls_on_each_channel_along_its_own_gradient(package, tmp_path) -> None:
+    more = '[render]\npicture_size = 48\nlighting = "headlight"'
+    scene = write_two_grids(tmp_path, pet=f"transform = {MOVED.tolist()}", more=more)
+    scene.write_text(scene.read_text().replace("[render]\npicture_size = 48\n\n[[transfer]]", "[[transfer]]"))
+    found = built(scene)
+    asked = validate(found, tmp_path / "report", witness=True)
+    assert asked.verdict.passed
+    assert not asked.witness.disagreeing
+    assert any(check.item == "pictures of raycast-both" and check.passed for check in asked.witness.checks)
+
+
 @pytest.mark.long
 def test_the_witness_agrees_with_each_channel_and_with_both(package, tmp_path) -> None:
     asked = validate(package, tmp_path / "report", witness=True).witness

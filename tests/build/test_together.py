@@ -229,7 +229,8 @@ class TestWhatIsLeftOut:
         ("changes", "says"),
         [
             ([('name = "body"', 'name = "body"\ntransfers = ["red", "blue"]')], "both draw channel skin"),
-            ([("[render]", '[render]\nlighting = "headlight"')], "lit by its own normals"),
+            ([("[render]", '[lighting]\nlight_mm = [0, 0, 900]\n[render]\nlighting = "phong"')], "from the viewer"),
+            ([("[render]", '[lighting]\nnormals = "volume"\n[render]\nlighting = "headlight"')], "lighting.normals"),
             ([("[render]", '[render]\nclassification = "preintegrated"')], "classification is preintegrated"),
             ([('"gles3"', '"gles2-2048"'), ('channels = "auto"', 'channels = "apart"')], "the scene keeps them apart"),
             ([("[pyramid]", "[bricks]\n[pyramid]")], "levels are bricks"),
@@ -273,3 +274,18 @@ class TestWhatIsLeftOut:
         scene.write_text(f'name = "a"\n[source]\npath = "a"\n[[transfer]]\nname = "b"\n{points}\n[together]\n')
         with pytest.raises(VolprepError, match="the source has one"):
             load_scene(scene)
+
+
+class TestLight:
+    """Light from the viewer: on each channel by its own gradient."""
+
+    LIT = ("[render]", '[render]\nlighting = "headlight"')
+
+    @pytest.mark.long(keep=1)
+    @pytest.mark.parametrize("way", WAYS)
+    def test_the_lit_picture_is_that_of_the_oracle(self, tmp_path, way) -> None:
+        scene = scene_of(tmp_path, *WAYS[way])
+        unlit = picture(built(scene))
+        package = built(changed(scene, self.LIT))
+        assert validate(package, tmp_path / "report", picture_size=48).verdict.passed
+        assert np.abs(picture(package) - unlit).max() > 0.05

@@ -40,7 +40,7 @@ _TOGETHER = ("channels", "grids")
 REFUSED: tuple[Mapping[str, tuple[str, ...]], ...] = (
     {"medium": (*_TOGETHER, "labels", "colour"), "compositing": _OF_VALUES},
     {"medium": (*_TOGETHER, "colour", "frames"), "baked": _CHANGED["baked"]},
-    {"medium": _TOGETHER, "lighting": _CHANGED["lighting"]},
+    {"medium": _TOGETHER, "lighting": ("phong", "blinn-phong")},
     {"medium": (*_TOGETHER, "colour"), "classification": ("preclassified",)},
     {"medium": _TOGETHER, "classification": ("preintegrated",)},
     {"medium": _TOGETHER, "layout": ("bricks",)},

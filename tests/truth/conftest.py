@@ -134,8 +134,9 @@ def sign_changes(function, low, high):
 class Light:
     """Light from the viewer along a ray through a field of vectors [z, y, x, 3]."""
 
-    def __init__(self, normals, origin, direction, spacing_mm_xyz):
+    def __init__(self, normals, origin, direction, spacing_mm_xyz, of_normals=None):
         self._field = normals, origin, direction, spacing_mm_xyz
+        self._of_normals = direction if of_normals is None else of_normals
 
     def vectors(self, t):
         normals, origin, direction, spacing = self._field
@@ -143,7 +144,7 @@ class Light:
         return np.stack([trilinear(normals[..., axis], at, spacing) for axis in range(3)], axis=-1)
 
     def along(self, t):
-        return self.vectors(t) @ (self._field[2] / np.linalg.norm(self._field[2]))
+        return self.vectors(t) @ self._of_normals
 
     def shade(self, t):
         return np.hypot(self.along(t), 0.01) / np.hypot(np.linalg.norm(self.vectors(t), axis=-1), 0.01)

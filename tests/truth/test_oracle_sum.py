@@ -62,7 +62,11 @@ class OwnRay:
         self.origin = at.own_from_box[:, :3] @ np.array(ray_mm[0], dtype=float) + at.own_from_box[:, 3]
         self.direction = at.own_from_box[:, :3] @ direction
         extent = np.array(volume.shape[::-1]) * at.spacing
-        self.light = None if normals is None else oracle.light(normals, self.origin, self.direction, self.spacing)
+        self.light = (
+            None
+            if normals is None
+            else oracle.light(normals @ at.own_from_box[:, :3], self.origin, self.direction, self.spacing, direction)
+        )
         self.start, self.end = oracle.inside_box(self.origin, self.direction, ray_mm[2], extent)
 
     def planes(self):

@@ -222,7 +222,9 @@ def integrated(view, step_mm: float):
         at = np.stack([across, above, np.full(63, depth), np.ones(63)], axis=-1) @ world.T
         ends.append(at[:, :3] / at[:, 3:])
     directions = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1, keepdims=True)
-    return picture(shown, (ends[0], directions), view.compositing.name, step_mm, light_of(view, shown[0].scan))
+    return picture(
+        shown, (ends[0], directions), view.compositing.name, step_mm, [light_of(view, shown[0].scan)] * len(shown)
+    )
 
 
 def light_of(view, scan) -> WitnessedLight | None:

@@ -76,7 +76,7 @@ class Prepared:
             return self.scene
         if len(found) > 1:
             body, veil = (MeasuredScan(info, measured.statistics, measured.rays_zyx[0]) for info, measured in found)
-            return with_fused_look(self.scene, body, veil)
+            return with_fused_look(self.scene, self.profile, body, veil)
         info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces
         scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)

@@ -13,7 +13,11 @@ def pictures_of(plan: Plan) -> tuple[Picture, ...]:
     joint = plan.joint
     found: list[Picture] = []
     if joint is not None:
-        media = [_medium(channel, name) for channel, name in zip(plan.drawn_together, joint.transfers, strict=True)]
+        unlit = joint.unlit if isinstance(joint, TogetherPlan) else ()
+        media = [
+            _medium(channel, name, unlit=name in unlit or None)
+            for channel, name in zip(plan.drawn_together, joint.transfers, strict=True)
+        ]
         found.append(Picture(name=joint.name, media=tuple(media), mixing=joint.mixing))
         if isinstance(joint, TogetherPlan) and joint.grid is not None:
             found[0] = _on_grids(found[0], joint, joint.grid)
@@ -33,8 +37,8 @@ def _on_grids(picture: Picture, plan: TogetherPlan, grid: Grid) -> Picture:
     return picture.model_copy(update={"grid": grid, "media": tuple(media)})
 
 
-def _medium(channel: ChannelPlan, transfer: str) -> PictureMedium:
-    return PictureMedium(channel=channel.channel, transfer=transfer)
+def _medium(channel: ChannelPlan, transfer: str, *, unlit: bool | None = None) -> PictureMedium:
+    return PictureMedium(channel=channel.channel, transfer=transfer, unlit=unlit)
 
 
 def _alone(channel: ChannelPlan, covered: tuple[str, ...]) -> Iterator[str]:

@@ -287,6 +287,8 @@ class TogetherPlan(Record):
     """Grid whose box holds all channels, where they lie on several grids."""
     placed: tuple[Affine | None, ...] = ()
     """Registration of each channel there, in the order of `transfers`."""
+    unlit: tuple[str, ...] = ()
+    """Those of `transfers` that keep their colours in a lit picture."""
 
     @property
     def skips(self) -> bool:

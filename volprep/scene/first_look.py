@@ -169,7 +169,7 @@ def _of_values(
     elif values.dense is not None:
         kind = "an object with dense parts, such as bones"
     background = f"{kind}, whose values up to {values.background:.4g} are background"
-    return FirstLook(background, _lit(scene.with_transfer((_object(statistics, values),)), profile))
+    return FirstLook(background, lit_from_viewer(scene.with_transfer((_object(statistics, values),)), profile))
 
 
 def _small(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics, field: float) -> FirstLook:
@@ -180,7 +180,7 @@ def _small(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: S
     # As dense as a surface over a voxel: parts of the diagonal may be thicker than the object.
     found = found.model_copy(update={"reference_share": None, "reference_mm": min(info.grid.spacing_mm_zyx)})
     said = f"a small object in a field of one value, whose values up to {middle:.4g} are background"
-    return FirstLook(said, _lit(scene.with_transfer((found,)), profile))
+    return FirstLook(said, lit_from_viewer(scene.with_transfer((found,)), profile))
 
 
 def _with_labels(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: Statistics) -> Scene:
@@ -211,13 +211,13 @@ def _of_ct(scene: Scene, profile: DeviceProfile, info: SourceInfo, statistics: S
     said = "a CT" if offset == 0.0 else f"a CT whose values are {-offset:g} above Hounsfield units"
     part_of_body = min(1.0, math.hypot(*info.grid.extent_mm_zyx) / _BODY_MM)
     if offset == 0.0 and part_of_body == 1.0:
-        return FirstLook(f"{said}, preset {name}", _lit(scene.with_preset(name, profile), profile))
+        return FirstLook(f"{said}, preset {name}", lit_from_viewer(scene.with_preset(name, profile), profile))
     preset = load_preset(name)
     points = tuple(_adapted(point, -offset, 1.0 / part_of_body) for point in preset.points)
     reference_mm = preset.reference_mm and preset.reference_mm * part_of_body
     adapted = SceneTransfer(name=name, points=points, reference_mm=reference_mm)
     opacity = "" if part_of_body == 1.0 else f", {1.0 / part_of_body:.3g} times as opaque because it is a small piece"
-    return FirstLook(f"{said}, preset {name}{opacity}", _lit(scene.with_transfer((adapted,)), profile))
+    return FirstLook(f"{said}, preset {name}{opacity}", lit_from_viewer(scene.with_transfer((adapted,)), profile))
 
 
 def _adapted(point: ScenePoint, added: float, denser: float) -> ScenePoint:
@@ -232,7 +232,7 @@ def _pale(point: ScenePoint) -> ScenePoint:
     return point.model_copy(update={"colour": "#" + "".join(f"{(part + 256) // 2:02x}" for part in parts)})
 
 
-def _lit(scene: Scene, profile: DeviceProfile) -> Scene:
+def lit_from_viewer(scene: Scene, profile: DeviceProfile) -> Scene:
     """Return the scene lit from the viewer, where the devices can and the scene says nothing else."""
     if not profile.has_shaders or {"lighting", "compositing"} & scene.render.model_fields_set:
         return scene
@@ -277,7 +277,7 @@ def with_segment_styles(
         # A few points take less time than two tables (parts/classification/automatic.py).
         scene = scene.model_copy(update={"render": scene.render.model_copy(update={"classification": "auto"})})
     held = f"; segments around others are faint: {numbers_text(holding)}" if holding else ""
-    return _lit(scene, profile).model_copy(update={"recognised": _recognised(f"a scan with segments{held}")})
+    return lit_from_viewer(scene, profile).model_copy(update={"recognised": _recognised(f"a scan with segments{held}")})
 
 
 def _recognised(kind: str) -> str:

@@ -1,13 +1,14 @@
 """Default look of a second scan over a first one: PET or a dose over CT, a map over MR.
 
-The first scan is a translucent body, whose bones or dense parts show where things lie; no light falls on it, because
-organs are seen through it. The second one is a veil of colour over the values that people look for: uptake
-from an SUV of 1.5 on, or from a fifth of the largest value, and a dose from a tenth on in the colours of isodoses.
+The first scan is a translucent body, lit from the viewer, whose bones or dense parts show where things lie. The second
+one is a veil of colour that keeps its colours, over the values that people look for: uptake from an SUV of 1.5 on, or
+from a fifth of the largest value, and a dose from a tenth on in the colours of isodoses.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from volprep.scene.first_look import lit_from_viewer
 from volprep.scene.points import ScenePoint
 from volprep.scene.scene import Scene, TogetherSettings
 from volprep.scene.transfer import SceneTransfer
@@ -15,6 +16,7 @@ from volprep.scene.values import hounsfield_offset, values_of
 from volprep_formats.arrays import Float64Array
 from volprep_formats.grid import Affine
 from volprep_formats.package.channel import Statistics
+from volprep_formats.package.profile import DeviceProfile
 from volprep_formats.source import SUV_UNIT, ChannelSpec, SourceInfo, SourceSpec
 
 BODY, VEIL = "body", "veil"
@@ -65,15 +67,16 @@ def with_veil(scene: Scene, source: SourceSpec, registration: Affine | None = No
     undecided = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
     looks = tuple(SceneTransfer(name=name, channel=name, points=undecided) for name in (BODY, VEIL))
     both = scene.with_source(SourceSpec(channels=(body, veil.placed(registration)))).with_transfer(looks)
-    return both.model_copy(update={"together": TogetherSettings(name=_PICTURE)})
+    return both.model_copy(update={"together": TogetherSettings(name=_PICTURE, unlit=(VEIL,))})
 
 
-def with_fused_look(scene: Scene, body: MeasuredScan, veil: MeasuredScan) -> Scene:
-    """Return the scene of two scans with the transfer functions that suit them."""
+def with_fused_look(scene: Scene, profile: DeviceProfile, body: MeasuredScan, veil: MeasuredScan) -> Scene:
+    """Return the scene of two scans with the transfer functions that suit them, and with light on the first one."""
     kind, looks = _of_body(body)
     what, colours = _of_veil(veil)
     said = f"recognised as {what} over {kind}; a scene with [[source.channels]] draws them in another way"
-    return scene.with_transfer((looks, colours)).model_copy(update={"recognised": said})
+    scene = lit_from_viewer(scene.with_transfer((looks, colours)), profile)
+    return scene.model_copy(update={"recognised": said})
 
 
 def _of_body(scan: MeasuredScan) -> tuple[str, SceneTransfer]:

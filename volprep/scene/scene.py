@@ -228,7 +228,8 @@ class LightingSettings(Record):
     normals: NormalsFrom = "volume"
     """Where normals come from. "volume": from a volume of normals in the package. "forward", "central": the shader
     takes differences of the values one voxel apart, with four and six fetches more for each sample that is seen, and
-    the package holds no normals, which take three times the bytes of its values. Labels need "volume"."""
+    the package holds no normals, which take three times the bytes of its values. Labels need "volume"; a scene with
+    [together] needs the others, and takes "central" if it says nothing."""
     light_mm: tuple[PhysicalValue, PhysicalValue, PhysicalValue] | None = None
     """Place of the light of "phong" and "blinn-phong", x, y and z in the patient's space (LPS), in millimetres."""
     ambient: Share = 0.2
@@ -368,6 +369,9 @@ class TogetherSettings(Record):
     box: Literal["all", "first"] = "all"
     """Box of the picture if channels lie on several grids: around what "all" channels show, or only what the "first"
     one shows, as for a scan with a veil that reaches beyond it."""
+    unlit: tuple[str, ...] = ()
+    """Transfer functions that keep their colours where `render.lighting` lights the picture, as veils do. The others
+    are each lit by the gradient of its own channel."""
 
 
 class Scene(Record):
@@ -438,6 +442,14 @@ class Scene(Record):
         if isinstance(tables, dict) and tables.get("colour") is not None and "transfer" not in tables:
             return with_colour_channels(tables)
         return tables
+
+    @model_validator(mode="before")
+    @classmethod
+    def _several_channels_have_slopes(cls, tables: object) -> object:
+        if not isinstance(tables, dict) or tables.get("together") is None or tables.get("colour") is not None:
+            return tables
+        lighting = tables.get("lighting", {})
+        return tables | {"lighting": {"normals": "central"} | lighting} if isinstance(lighting, dict) else tables
 
     @model_validator(mode="after")
     def _colour_has_its_own_functions(self) -> Self:
@@ -547,7 +559,7 @@ class Scene(Record):
             return self
         channels = {transfer.name: transfer.channel for transfer in self.transfer}
         wanted = self.together.transfers
-        unknown = ", ".join(name for name in wanted if name not in channels)
+        unknown = ", ".join(name for name in (*wanted, *self.together.unlit) if name not in channels)
         if not self.source.channels:
             msg = "together draws several channels, and the source has one"
         elif self.together.name in channels:

@@ -55,6 +55,27 @@ def lighting(program: ProgramDesign, normals: Texture | None, grid: Grid, dialec
     )
 
 
+def light_of_medium(
+    program: ProgramDesign, grid: Grid, suffix: str, voxel: str, *, on_grid: bool
+) -> tuple[Instance, Instance]:
+    """Return the slopes of a medium among several, on its `grid`, and the light from the viewer on a sample of it.
+
+    Names in the shader end in `suffix`. `voxel` is the voxel of u_volume, if each medium has a texture of its own. A
+    medium `on_grid` of its own has places of its own, and gradients in its own box.
+    """
+    slopes = _slopes(program, grid, "sum")
+    part = slopes.slots["lighting"]
+    assert isinstance(part, str)  # noqa: S101 - a section of one file
+    words = {"OF": suffix, "NEAR": f"stored_value{suffix}", **slopes.words}
+    words |= {"VOXEL": voxel.replace("u_volume", f"u_volume{suffix}")} if voxel else {}
+    normal = f"normal_at{suffix}(at)"
+    if on_grid:
+        words |= {"LAST_POSITION": "1.0", "POSITION_PER_MM": f"u_texture_from_medium{suffix}"}
+        normal = f"normal_at{suffix}(start{suffix} + stride{suffix} * i) * mat3(u_medium{suffix}_from_box)"
+    soft = literal((SOFT_SLOPE / min(grid.spacing_mm_zyx)) ** 2)
+    return Instance(part, words), Instance("light/headlight:sample", {"NORMAL": normal, "SOFT_SQUARED": soft})
+
+
 def _slopes(program: ProgramDesign, grid: Grid, mixing: Mixing) -> Feature:
     """Return the feature that takes differences of values."""
     name = f"light/gradient:{program.normals_from}"

@@ -258,7 +258,7 @@ def _features(
     skipping = skipping_of(manifest, program, manifest.profile.dialect) if skips else None
     features += [value for value in (skipping, groups) if value is not None]
     lit = None
-    if program.lighting != "none":
+    if program.lighting != "none" and mixing != "sum":
         level = min(program.levels)
         normals = (texture for texture in manifest.textures if (texture.role, texture.level) == ("normals", level))
         lit = lighting(program, next(normals, None), grid, manifest.profile.dialect, mixing)

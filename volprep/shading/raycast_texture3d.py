@@ -20,23 +20,18 @@ def sampling(
     Mipmaps may have more texels than the volume, whose extent is known then, has voxels.
     """
     textures, samplers = [_texture("", component, mipmaps=mipmaps)], (Sampler(name="u_volume", role="volume"),)
-    feature = _feature(textures, samplers, mipmaps)
-    if not mipmaps or extent_mm_zyx is None:
-        return feature
-    offers = {
-        "VOXEL": "exp2(u_mipmap) / vec3(textureSize(u_volume, 0))",
-        "LAST_POSITION": f"position({literal(*extent_mm_zyx[::-1])})",
-    }
-    return replace(feature, offers={**feature.offers, **offers})
+    return _feature(textures, samplers, extent_mm_zyx if mipmaps else None)
 
 
-def sampling_apart(transfers: Sequence[str], *, mipmaps: bool) -> Feature:
+def sampling_apart(
+    transfers: Sequence[str], *, mipmaps: bool = False, extent_mm_zyx: Sequence[float] | None = None
+) -> Feature:
     """Return how several channels are read, of these transfer functions, that have a 3D texture each."""
     textures = [_texture(f"_{index}", "r", mipmaps=mipmaps) for index in range(len(transfers))]
     samplers = tuple(
         Sampler(name=f"u_volume_{index}", role="volume", transfer=transfer) for index, transfer in enumerate(transfers)
     )
-    return _feature(textures, samplers, mipmaps)
+    return _feature(textures, samplers, extent_mm_zyx if mipmaps else None)
 
 
 def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequence[float]]) -> Feature:
@@ -45,7 +40,7 @@ def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequenc
     `transfers` are their transfer functions, `extents_mm_zyx` the sizes of their boxes.
     """
     numbers = range(len(transfers))
-    apart = sampling_apart(transfers, mipmaps=False)
+    apart = sampling_apart(transfers)
     places = [
         Instance("sampling/grids:place", {"OF": f"_{number}", "EXTENT_MM": literal(*extent_mm_zyx[::-1])})
         for number, extent_mm_zyx in enumerate(extents_mm_zyx)
@@ -66,7 +61,7 @@ def sampling_on_grids(transfers: Sequence[str], extents_mm_zyx: Sequence[Sequenc
         apart,
         slots={"sampling": (Instance("sampling/grids"), *places, *textures[1:]), "classification_start": tuple(begun)},
         uniforms=tuple(uniforms),
-        offers={"POSITION_PER_MM": "vec3(1.0)"},
+        offers={**apart.offers, "POSITION_PER_MM": "vec3(1.0)"},
     )
 
 
@@ -80,7 +75,11 @@ def _texture(suffix: str, component: str | None, *, mipmaps: bool) -> Instance:
     return Instance("sampling/texture3d", words)
 
 
-def _feature(textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmaps: bool) -> Feature:
+def _feature(
+    textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmaps_of_mm_zyx: Sequence[float] | None
+) -> Feature:
+    """Return the feature of textures that hold the mipmaps of a volume of this size, or one level if None."""
+    mipmaps = mipmaps_of_mm_zyx is not None
     place = Uniform(name="u_texture_from_box", type="vec3f", source="texture_from_box")
     return Feature(
         slots={
@@ -91,7 +90,7 @@ def _feature(textures: Sequence[Instance], samplers: tuple[Sampler, ...], mipmap
         samplers=samplers,
         offers={
             "POSITION_PER_MM": "u_texture_from_box",
-            "VOXEL": "1.0 / vec3(textureSize(u_volume, 0))",
-            "LAST_POSITION": "1.0",
+            "VOXEL": f"{'exp2(u_mipmap)' if mipmaps else '1.0'} / vec3(textureSize(u_volume, 0))",
+            "LAST_POSITION": f"position({literal(*mipmaps_of_mm_zyx[::-1])})" if mipmaps_of_mm_zyx else "1.0",
         },
     )

@@ -117,8 +117,8 @@ def oracle_of_media(
     """Draw several volumes into one picture: extinctions add, and each gives light as its extinction does.
 
     Each volume lies on its grid, and is empty beyond it; `box_from_clip` leads to the box of the first one. Gives the
-    integral of Σ c τ exp(-∫ Σ τ), with a bound as `oracle_picture` gives it; volumes are lit as there, each in its own
-    box. Errors as there.
+    integral of Σ c τ exp(-∫ Σ τ), with a bound as `oracle_picture` gives it; volumes are lit as there. Errors as
+    there.
     """
     volumes = [medium.volume for medium in media]
     types = {volume.stored.dtype for volume in volumes}

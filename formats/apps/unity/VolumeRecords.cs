@@ -266,6 +266,7 @@ public sealed class PictureMedium {
   public string @channel;
   public string @transfer;
   public double[] @placed;
+  public bool? @unlit;
 }
 public sealed class Pieces {
   public string @program;

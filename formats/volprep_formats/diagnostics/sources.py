@@ -158,7 +158,7 @@ VP1205 SOURCE {path}: the active voxels of the grid {grid!r} span {size}, more t
 VP1220 SOURCE {path}: not a valid OME-TIFF or OME-Zarr: {error}
     Get it again from where it came, or write it again.
 VP1221 SOURCE {path}: the file holds {count} {kind}s, and nothing says which one is meant
-    Time points make a time series with --frames all. Set source.{key} to the name or the number of one:{found}
+    Time points make a time series with --frames all. Set source.{key}, or --{key}, to the name or number of one:{found}
 VP1222 SOURCE {path}: the file holds no {kind} {wanted}, or several
     Set source.{key} to the name or the number of one:{found}
 VP1224 SOURCE {path}: the file holds {what}, which volprep does not read

@@ -25,6 +25,8 @@ class PictureMedium(Record):
     placed: Annotated[tuple[float, ...], Field(min_length=12, max_length=12)] | None = None
     """Matrix from the space of the channel's scan to that of the package, if the two differ: a registration. Three rows
     of four numbers; the fourth row is 0, 0, 0, 1."""
+    unlit: bool | None = None
+    """Whether it keeps its colours in a picture whose program is lit. Absent means false."""
 
     @property
     def affine(self) -> Affine | None:

@@ -103,9 +103,29 @@ double enter_boxes(std::vector<RayWalk>& walks, const Scene<Voxel>& scene, const
     return from_mm;
 }
 
+// Turns normals in the box of a medium, which are gradients, into those in the box of the camera.
+void turn(oracle::CellNormals& normals, const double* own_from_box, const double direction[3]) noexcept {
+    const oracle::Cubic own[3] = {normals.axes[0], normals.axes[1], normals.axes[2]};
+    double most = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        oracle::Cubic sum{0.0, 0.0, 0.0, 0.0};
+        double size = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double part = own_from_box[4 * k + axis];
+            sum = {sum.c0 + part * own[k].c0, sum.c1 + part * own[k].c1, sum.c2 + part * own[k].c2,
+                   sum.c3 + part * own[k].c3};
+            size += std::fabs(part);
+        }
+        normals.axes[axis] = sum;
+        normals.direction[axis] = direction[axis];
+        most = std::max(most, size);
+    }
+    normals.error *= most;
+}
+
 template <typename Voxel>
-void gather_cells(Beam& beam, const Scene<Voxel>& scene, double from_mm, double to_mm, const RayLimits& limits,
-                  Work& work) noexcept {
+void gather_cells(Beam& beam, const Scene<Voxel>& scene, const oracle::Ray& ray, double from_mm, double to_mm,
+                  const RayLimits& limits, Work& work) noexcept {
     work.paths.clear();
     work.normals.resize(scene.media.size());
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
@@ -122,10 +142,7 @@ void gather_cells(Beam& beam, const Scene<Voxel>& scene, double from_mm, double 
         oracle::CellNormals& normals = work.normals[i];
         if (medium.field.normals != nullptr &&
             cell_normals(normals, medium.field, walk.axes, middle, half, walk.relative_error)) {
-            double way[3];
-            for (int axis = 0; axis < 3; ++axis) way[axis] = walk.axes[axis].rate * medium.field.spacing_mm[axis];
-            const double speed = std::hypot(way[0], way[1], way[2]);
-            for (int axis = 0; axis < 3; ++axis) normals.direction[axis] = way[axis] / speed;
+            turn(normals, medium.own_from_box, ray.direction);
             found.path.normals = &normals;
         }
         work.paths.push_back(found);
@@ -170,7 +187,7 @@ Beam gather_ray_of_all(const Scene<Voxel>& scene, const oracle::Ray& ray, double
         const bool empty = is_empty(scene, work.walks, t_mm);
         const double next = next_end_mm(work.walks, t_mm, empty);
         if (!std::isfinite(next)) break;
-        if (!empty) gather_cells(beam, scene, t_mm, next, limits, work);
+        if (!empty) gather_cells(beam, scene, ray, t_mm, next, limits, work);
         for (RayWalk& walk : work.walks) {
             if (!meets(walk, t_mm)) continue;
             empty ? walk.leave_block(next) : walk.leave_cell(next);

@@ -138,8 +138,14 @@ def plan_together(
         skips_apart=grids is not None and skipping.kept,
         grid=None if grids is None else grids.grid,
         placed=() if grids is None else grids.placed,
+        unlit=_unlit(scene, drawn),
     )
     return together, (*drawn.items, item, skipping, *_dark_colours(group[0], scene))
+
+
+def _unlit(scene: Scene, drawn: DrawnTogether) -> tuple[str, ...]:
+    wanted = () if scene.together is None or scene.render.lighting == "none" else scene.together.unlit
+    return tuple(name for name in drawn.transfers.values() if name in wanted)
 
 
 def _dark_colours(plan: ChannelPlan, scene: Scene) -> Iterator[PlanItem]:
@@ -218,8 +224,10 @@ def _found(plan: ChannelPlan, measured: Measured, scene: Scene) -> SkipInputs:
 
 
 def _obstacles(group: Sequence[ChannelPlan], scene: Scene) -> Iterator[str]:
-    if scene.render.lighting != "none":
-        yield "each channel is lit by its own normals, and where channels overlap there is no common normal"
+    if scene.render.lighting not in {"none", "headlight"}:
+        yield f"light on several channels comes from the viewer, but render.lighting is {scene.render.lighting}"
+    if scene.lit_normals is not None:
+        yield "light on several channels takes differences of values: set lighting.normals to central or forward"
     if scene.render.classification not in {"lookup", "palette", "control-points", "colour"}:
         yield f"segments of several channels have no common table, but classification is {scene.render.classification}"
     labels = [plan.channel for plan in group if plan.quantize.labels]

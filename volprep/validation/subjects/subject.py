@@ -13,7 +13,7 @@ from volprep.compositing import COMPOSITINGS
 from volprep.truth.camera import Camera, standard_views
 from volprep.truth.colour import media_of_colour
 from volprep.truth.decoded import baked_fields, level_volume, own_table, table_function
-from volprep.truth.lit import BakedField, with_baked
+from volprep.truth.lit import BakedField, Normals, with_baked
 from volprep.truth.metrics import picture_error
 from volprep.truth.oracle import DEFAULT_TOLERANCE, OraclePicture
 from volprep.truth.seen import seen_error
@@ -67,6 +67,8 @@ class Subject:
         self.package = package
         self._channels = channels or {}
         self._placed = placed or {}
+        media = (medium for picture in package.manifest.pictures for medium in picture.media)
+        self._unlit = {medium.transfer for medium in media if medium.unlit}
         self.render = render_settings(package)
         self.step_mm = package.manifest.step_mm or min(package.manifest.levels[0].grid.spacing_mm_zyx)
         """Nominal distance of samples in the finest drawing; slices are as far apart as voxels."""
@@ -341,7 +343,7 @@ class Subject:
         drawn = [
             replace(
                 medium,
-                volume=replace(medium.volume, normals=with_baked(medium.volume.normals, self._baked)),
+                volume=replace(medium.volume, normals=self._light(medium.volume.normals, name)),
                 placed=self._placed.get(name),
             )
             for medium, name in zip(media, self._channels or ("",), strict=True)
@@ -349,6 +351,10 @@ class Subject:
         return self._compositing.oracle(
             media_of_colour(drawn) if self._is_colour else drawn, box_from_clip, shape_hw, tolerance=self._tolerance
         )
+
+    def _light(self, normals: Normals, name: str) -> Normals:
+        """Return the light on the medium of a transfer function."""
+        return None if name in self._unlit else with_baked(normals, self._baked)
 
     def level(self, level: int) -> Volume:
         """Decode the package's data of `level`."""

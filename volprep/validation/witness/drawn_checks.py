@@ -35,7 +35,11 @@ _DENSE_OFF = 0.015
 
 
 def check_pictures(
-    asked: Statement, shown: Sequence[WitnessedMedium], box: Box, scene: WitnessedScene, light: WitnessedLight | None
+    asked: Statement,
+    shown: Sequence[WitnessedMedium],
+    box: Box,
+    scene: WitnessedScene,
+    lights: Sequence[WitnessedLight | None],
 ) -> Iterator[WitnessCheck]:
     """Draw some pixels of each view and compare them with the truth's and the package's."""
     pixels = asked.bench.subject.shape_hw[0]
@@ -47,7 +51,7 @@ def check_pictures(
     fines, changes, truth_pixels, drawn_pixels = [], [], [], []
     for view, truth in asked.viewed.truths.items():
         through = rays(view, box, pixels, rows.astype(float), columns.astype(float))
-        coarse, best = (picture(shown, through, scene.compositing, h, light) for h in (step_mm, step_mm / 2))
+        coarse, best = (picture(shown, through, scene.compositing, h, lights) for h in (step_mm, step_mm / 2))
         fines.append(best)
         changes.append(np.abs(coarse - best))
         truth_pixels.append(truth[rows, columns].astype(np.float64))

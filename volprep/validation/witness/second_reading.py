@@ -194,7 +194,8 @@ def _pictures(
             "its light was computed once, which the NumPy integrator does not have; path tracing of the scan judges it"
         )
     picture = next(picture for picture in manifest["pictures"] if picture["name"] == asked.program.transfer)
-    shown, windows = [], []
+    shown: list[WitnessedMedium] = []
+    lights: list[WitnessedLight | None] = []
     for function in asked.bench.subject.functions(asked.program.transfer):
         wanted = next((wished for wished in scene.functions if wished.name == function.name), None)
         if wanted is None:
@@ -210,9 +211,11 @@ def _pictures(
         shown.append(
             _shown(wanted, channel, _moved(scan, channel, scene) if len(picture["media"]) > 1 else scan, scene)
         )
-        windows.append(tuple(channel["quantization"]["window"]) if channel.get("quantization") else None)
-    light = _light(scene, shown[0], windows[0]) if scene.lighting != "none" else None
-    return check_pictures(asked, shown, box_of(picture.get("grid") or manifest["grid"], scene.projection), scene, light)
+        window = tuple(channel["quantization"]["window"]) if channel.get("quantization") else None
+        is_lit = scene.lighting != "none" and (len(picture["media"]) == 1 or function.name not in scene.unlit)
+        lights.append(_light(scene, shown[-1], window) if is_lit else None)
+    box = box_of(picture.get("grid") or manifest["grid"], scene.projection)
+    return check_pictures(asked, shown, box, scene, lights)
 
 
 def _moved(scan: WitnessedScan, channel: Json, scene: WitnessedScene) -> WitnessedScan:

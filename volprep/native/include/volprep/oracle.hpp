@@ -127,7 +127,7 @@ void render_surface(const Voxel* voxels, const OracleVolume& volume, const Oracl
 // leaves their boxes, and wherever any field crosses a control point of its function; on a piece the sum of extinctions
 // is a cubic, the optical depth an exact quartic, and the light is integrated by a Gauss rule with a proven bound
 // (src/oracle_sum.cpp). Where one medium alone is met, it is what render_oracle finds there. The bound covers the same.
-// A medium with normals is lit in its own box, as alone.
+// A medium with normals is lit as alone.
 
 inline constexpr int64_t kMostMedia = 16;
 

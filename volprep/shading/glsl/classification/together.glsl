@@ -1,6 +1,7 @@
 //: Several channels in one picture. Slots: channels gives classify_0, classify_1, ...; voxel fetches all channels at
 //: once, where they share texels; sum adds each of them: section channel, of the channel $OF, which
-//: CLASSIFY classifies; section alone, of a channel on a grid of its own.
+//: CLASSIFY classifies; section alone, of a channel on a grid of its own. Slot light_of_medium: in a picture that is
+//: lit, section lit, or section alone.
 //#part channels
 
 // Colour and extinction of all channels: extinctions add, and each channel gives light as its extinction does.
@@ -17,10 +18,18 @@ vec4 voxel = voxel_texel(at);
 //#section channel
 vec4 part$OF = $CLASSIFY;
 medium += vec4(part$OF.rgb * part$OF.a, part$OF.a);
+//#section lit
+// Colour and extinction of one channel at a place, lit.
+vec4 classify_lit$OF(vec3 at, float value) {
+  vec4 medium = classify$OF(value);
+  //#part light_of_medium
+  return medium;
+}
 //#section alone
 // Colour and extinction of one channel in the segment whose middle is i.
 vec4 classify_alone$OF(float i) {
   vec4 medium = classify$OF(stored_value$OF(start$OF + stride$OF * i));
+  //#part light_of_medium
   medium.a *= weight$OF;
   return medium;
 }

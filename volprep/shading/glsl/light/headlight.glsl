@@ -1,8 +1,13 @@
 //: Diffuse light from the viewer, on both sides of a surface. Sections: start, before the loop; sample, in it, after
-//: `medium`.
+//: `medium`; and where functions light samples, declared and begin in place of start.
 //#section start
 // Rays are straight: the direction from the viewer is the same along a ray.
 vec3 direction = normalize($FROM_VIEWER);
+//#section declared
+// The direction from the viewer, the same along a ray.
+vec3 direction;
+//#section begin
+direction = normalize($FROM_VIEWER);
 //#section sample
 if (medium.a > 0.0) {
   vec3 normal = $NORMAL;

@@ -23,7 +23,7 @@ class WitnessedLight:
     """The light, and the normals that it falls on."""
 
     normals: NDArray[np.float32]
-    """[z, y, x, (x, y, z)] of the first scan's voxels, along its index axes."""
+    """[z, y, x, (x, y, z)] of a scan's voxels, along its index axes."""
     place_mm: Floats | None
     """None: from where the viewer is."""
     ambient: float = 0.2
@@ -100,7 +100,7 @@ def lit_colours(
     """Return colours [ray, sample, 3] as light falls on both sides of a surface; without a normal they stay."""
     axes = scan.world_from_index[:3, :3] / np.linalg.norm(scan.world_from_index[:3, :3], axis=0)
     place = np.clip(scan.index_of(world_mm), 0.0, scan.counts_xyz - 1)
-    normal = between_eight(light.normals, np.rint(place) if light.nearest else place) @ axes.T
+    normal = between_eight(light.normals, np.rint(place) if light.nearest else place) @ np.linalg.inv(axes)
     squared = (normal**2).sum(axis=-1, keepdims=True)
     along = directions[:, None]
     facing = (normal * along).sum(axis=-1, keepdims=True)

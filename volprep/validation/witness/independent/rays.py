@@ -60,14 +60,16 @@ class Samples:
     directions: Floats
     length_mm: Floats
     """Length of the path around each sample, [ray, sample], or [ray, 1] if all are equal."""
-    light: WitnessedLight | None
+    lights: Sequence[WitnessedLight | None]
+    """On each scan."""
 
     def colours(self, number: int, values: Floats) -> tuple[Floats, Floats]:
         """Return lit colours and extinctions of one scan."""
         colours, extinctions = self.shown[number].at(np.nan_to_num(values))
         extinctions = np.where(np.isnan(values), 0.0, extinctions)
-        if self.light is not None:
-            colours = lit_colours(colours, self.light, self.shown[0].scan, self.world_mm, self.directions)
+        light = self.lights[number]
+        if light is not None:
+            colours = lit_colours(colours, light, self.shown[number].scan, self.world_mm, self.directions)
         return colours, extinctions
 
 
@@ -76,7 +78,7 @@ def picture(
     rays: tuple[Floats, Floats],
     compositing: str,
     step_mm: float,
-    light: WitnessedLight | None,
+    lights: Sequence[WitnessedLight | None],
 ) -> Floats:
     """Return premultiplied linear pixels [ray, 4] of origins and directions of rays through the boxes of all scans."""
     origins, directions = rays
@@ -100,7 +102,7 @@ def picture(
         values = [sampled(medium.scan, at, nearest=medium.nearest) for medium in shown]
         if len(shown) > 1:
             values = [_within(medium.scan, at, found) for medium, found in zip(shown, values, strict=True)]
-        result[part] = _COMPOSITED[compositing](Samples(shown, values, at, directions[part], length, light))
+        result[part] = _COMPOSITED[compositing](Samples(shown, values, at, directions[part], length, lights))
     return result
 
 
@@ -208,9 +210,10 @@ def _surface(samples: Samples, *, solid: bool) -> Floats:
     at[begins] = (samples.world_mm[:, 0] - 0.5 * samples.length_mm * samples.directions)[begins]
     value = np.where(begins, sampled(shown.scan, at, nearest=False), isovalue)
     result = _of_value(shown, value, passes.any(axis=1) | begins)
-    if samples.light is not None:
+    light = samples.lights[0]
+    if light is not None:
         colours = result[:, :3] / np.where(result[:, 3:] > 0.0, result[:, 3:], 1.0)
-        lit = lit_colours(colours[:, None], samples.light, shown.scan, at[:, None], samples.directions)[:, 0]
+        lit = lit_colours(colours[:, None], light, shown.scan, at[:, None], samples.directions)[:, 0]
         result[:, :3] = lit * result[:, 3:]
     return result
 

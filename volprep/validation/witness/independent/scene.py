@@ -70,6 +70,8 @@ class WitnessedScene:
     lighting: str = "none"
     light: Json = field(default_factory=dict)
     """The table [lighting]."""
+    unlit: tuple[str, ...] = ()
+    """Functions on whose channels no light falls in a picture of several."""
     normals: str | None = None
     """Kernel of gradients where the scene names one."""
     projection: str = "orthographic"
@@ -97,7 +99,7 @@ def read_scene(package: Path, source: Path | None, presets: Path) -> WitnessedSc
 
 def _decoded(scene: Json, base: Path, instead: Path | None, presets: Path) -> WitnessedScene:
     scene = with_channels(scene)
-    render, lighting = scene.get("render") or {}, scene.get("lighting") or {}
+    render, lighting, together = (scene.get(table) or {} for table in ("render", "lighting", "together"))
     functions, undecoded = [], {}
     for table in scene["transfer"]:
         name = table.get("name") or table.get("preset")
@@ -115,7 +117,8 @@ def _decoded(scene: Json, base: Path, instead: Path | None, presets: Path) -> Wi
         base=base,
         compositing=render.get("compositing", "emission-absorption"),
         lighting=render.get("lighting", "none"),
-        light={"normals": "volume"} | lighting,
+        light={"normals": "central" if together else "volume"} | lighting,
+        unlit=tuple(together.get("unlit", ())),
         normals=(scene.get("normals") or {}).get("kernel"),
         projection=render.get("projection", "orthographic"),
         opacity_cutoff=0.998 if cutoff == "auto" else float(cutoff),
