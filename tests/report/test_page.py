@@ -16,6 +16,7 @@ from volprep.report.page import page
 from volprep.report.text import kept_light, number
 from volprep.validation.results.report import Report
 from volprep_formats.package.manifest import PlanItem
+from volprep_formats.package.program import Program
 from volprep_formats.readers import READERS, title_of
 from volprep_formats.source import SourceFormat
 
@@ -235,6 +236,19 @@ def test_names_and_reasons_cannot_bring_markup_in(report: Report) -> None:
     manifest = manifest.model_copy(update={"plan": (item,), "name": hostile, "channels": (channel,)})
     hostile_report = report.model_copy(update={"package": report.package.model_copy(update={"manifest": manifest})})
     assert not Elements(page(hostile_report)).all("script")
+
+
+@pytest.mark.parametrize(
+    ("lighting", "compositing", "is_estimate"),
+    [("headlight", "emission-absorption", False), ("phong", "emission-absorption", True), ("none", "mida", True)],
+)
+def test_the_bound_of_a_truth_is_not_certified_where_it_is_an_estimate(
+    report: Report, lighting: str, compositing: str, is_estimate: bool
+) -> None:
+    program = Program.model_construct(name="lit", lighting=lighting, compositing=compositing)
+    manifest = report.package.manifest.model_copy(update={"programs": (program,)})
+    text = page(report.model_copy(update={"package": report.package.model_copy(update={"manifest": manifest})}))
+    assert text.count(", an estimate that is not certified") == 2 * is_estimate
 
 
 def test_the_same_report_gives_the_same_bytes(report: Report, html: str) -> None:

@@ -20,7 +20,6 @@ from volprep.validation.results.measurements import Driver, ProgramResult, ViewP
 from volprep.validation.subjects.subject import Subject, as_sparse, errors
 from volprep.validation.verdicts.verdict import passes, share_of
 from volprep_formats.arrays import Float32Array, FloatArray
-from volprep_formats.package.manifest import Tolerance
 
 _SURE = 0.75
 """Share of a limit up to which a drafted truth decides. Its bound is a hundredth of the usual tolerance of RMSE and a
@@ -134,20 +133,15 @@ def measure_views(bench: Bench, program: Drawn, kept_view: str) -> ViewedProgram
         for name in subject.views:
             compared[name] = compare(name, subject if name == kept_view else subject.drafted)
             bench.progress.advance()
-        for name in [
-            name for name, pending in compared.items() if _is_unsure(pending.result()[0], subject.render.tolerance)
-        ]:
-            compared[name] = compare(name, subject)
+        for name, (view, _) in {name: pending.result() for name, pending in compared.items()}.items():
+            # A sharper truth could change the verdict of the view.
+            if view.truth_bound > DEFAULT_TOLERANCE and share_of(view.seen, subject.render.tolerance) > _SURE:
+                compared[name] = compare(name, subject)
         results = [pending.result() for pending in compared.values()]
         driver = driver_of(renderer)
     views = tuple(view for view, _ in results)
     differences = {view.pictures.difference: difference for view, difference in results}
     return ViewedProgram(level, views, differences, *kept[kept_view], truths, pictures, driver)
-
-
-def _is_unsure(view: ViewResult, tolerance: Tolerance) -> bool:
-    """Return whether a sharper truth could change the verdict of a view."""
-    return view.truth_bound > DEFAULT_TOLERANCE and share_of(view.seen, tolerance) > _SURE
 
 
 def _compared(  # noqa: PLR0917 - a view, and its known results

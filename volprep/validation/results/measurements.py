@@ -82,7 +82,8 @@ class ViewResult(Record):
     """Rendering against the oracle on the package's data: lookup table, quadrature and arithmetic. In the pixels of
     `data`."""
     truth_bound: NonNegative
-    """Largest bound of the oracle on its own error over all pixels, for truth and for the package's data."""
+    """Largest bound of the oracle on its own error over all pixels, for truth and for the package's data. An estimate
+    of MIDA, of light from a place, and of lit segments."""
     pictures: ViewPictures
     """Files of the pictures."""
 
