@@ -16,6 +16,7 @@ from volprep.lab.curves.page import curves_page
 from volprep.lab.curves.records import CurveErrors, CurvePoint, CurvesReport, Milliseconds, plotted_cost
 from volprep.lab.studies import CURVES
 from volprep.lab.variants import with_changes
+from volprep.render.timing import draws_with_processor
 from volprep.report.validate import validate
 from volprep.scene.scene import Scene
 from volprep.validation.subjects.scan import find_scan
@@ -106,6 +107,8 @@ def test_times_have_a_spread_and_a_number_of_pictures(report) -> None:
         for times in filter(None, (point.wall, point.gpu)):
             assert 0 <= times.low <= times.median <= times.high
         assert point.wall.pictures == 3
+        # Others would draw all again for the same times.
+        assert point.gpu is None or not draws_with_processor(report.driver.renderer)
 
 
 def test_a_level_is_drawn_with_its_own_table_and_with_the_common_one(report) -> None:
