@@ -41,7 +41,7 @@ export function cutControls(stage, manifest, changed, put) {
   byId("cut-box").replaceChildren(...sliders.map((slider) => slider.element));
 
   const depth = make("input", { type: "range", max: STEPS, value: STEPS / 2, disabled: true });
-  const facing = make("button", { type: "button" }, "Cut towards you, from here");
+  const facing = make("button", { type: "button" }, "facing you");
   /** Cuts by a plane, or by none. @param {Plane | null} wanted */
   const cutBy = (wanted) => {
     plane = wanted;
@@ -71,10 +71,8 @@ export function cutControls(stage, manifest, changed, put) {
       "fieldset",
       {},
       make("legend", {}, "Plane"),
-      make("p", { className: "hint" }, "Turn the volume, then cut. The plane stays where it is when you turn on."),
-      make("div", { className: "row" }, facing),
-      make("p", { className: "hint" }, "Or at a slice, which moves with it:"),
-      make("div", { className: "row" }, ...atSlices.map(([, button]) => button)),
+      make("p", { className: "hint" }, "It faces you as you look now, or is a slice and moves with it."),
+      make("div", { className: "row" }, facing, ...atSlices.map(([, button]) => button)),
       make("label", { className: "pair" }, "depth", depth, make("span")),
     ),
   );
