@@ -45,7 +45,7 @@ things=(
     "mingw|C compiler for Windows (only for a test of the C header)|gcc-mingw-w64-x86-64-win32|mingw64-gcc|mingw-w64-gcc|mingw-w64"
     "glslang|validator of shaders (only for tests)|glslang-tools|glslang|glslang|glslang"
     "spirv_cross|converter of shaders to HLSL (only for tests and tools/hlsl.py)|spirv-cross|-|spirv-cross|spirv-cross"
-    "chromium|browser with WebGL (only for tests)|chromium|chromium-headless|chromium|-"
+    "chromium|browser with WebGL (only for tests)|chromium|chromium|chromium|-"
     "firefox|Firefox, and a screen without a monitor (only for tests)|firefox-esr xvfb|firefox xorg-x11-server-Xvfb|firefox xorg-server-xvfb|-"
     "mono|C# compiler and runtime (only for a test of the reader for Unity)|mono-mcs mono-runtime|mono-core|mono|mono"
     "dcm2niix|another reader of DICOM, for comparison (only for tests)|dcm2niix|dcm2niix|dcm2niix (from the AUR)|dcm2niix"

@@ -1,14 +1,17 @@
 """Standardised uptake values of PET in DICOM: by body weight, with the decay that the header asks for."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from dicom_files import read_slices
 from pet_ct import write_ct, write_pet
 from pydicom.dataset import Dataset
 from pydicom.sequence import Sequence
 
 from volprep_formats.progress import Silent
 from volprep_formats.readers import open_source
+from volprep_formats.readers.dicom.uptake import uptake_of
 from volprep_formats.source import SourceInfo, SourceSpec
 
 HALF_LIFE_S = 6586.2
@@ -87,6 +90,11 @@ def test_values_stay_unless_the_scene_asks(tmp_path) -> None:
     info = read(tmp_path, suv=False)
     assert (info.slope, info.unit) == (1.0, "Bq/ml")
     assert not any("SUV" in remark for remark in info.remarks)
+
+
+def test_nobody_expects_uptake_of_a_dose(tmp_path) -> None:
+    first = read_slices(min(write_ct(tmp_path / "ct", (3, 8, 8)).iterdir()))[0]
+    assert uptake_of([replace(first, modality="RTDOSE", unit="Gy")]).remark == ""
 
 
 def test_another_series_has_no_uptake(tmp_path) -> None:

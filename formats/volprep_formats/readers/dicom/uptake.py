@@ -53,7 +53,8 @@ def uptake_of(images: Sequence[SliceImage]) -> Uptake:
     """Return how the values of a series become SUV by body weight; its remark says why, if they do not."""
     first = images[0]
     if first.modality != "PT" or first.unit != "Bq/ml":
-        return Uptake(1.0, first.unit, "the values are not SUV: it is no PET series in Bq/ml")
+        remark = "" if first.unit == "Gy" else "the values are not SUV: it is no PET series in Bq/ml"
+        return Uptake(1.0, first.unit, remark)
     try:
         factor = _factor(_header(first.path), [image.clocks[_ACQUIRED] for image in images])
     except _MissingError as problem:
