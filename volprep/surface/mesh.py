@@ -174,13 +174,6 @@ def _collapsed(mesh: IndexMesh, grid: Grid, kept: float) -> IndexMesh:
     return IndexMesh(positions.astype(np.float64) / spacing, triangles.astype(np.int64))
 
 
-def _apart(one: LineHits, other: LineHits, side: LineSide, grid: Grid) -> Float64Array:
-    """Return the distances [n] of hits in millimetres, where both are hit."""
-    apart = np.abs(one.depth - other.depth) * grid.spacing_mm_zyx[side.axis]
-    found: Float64Array = apart[np.isfinite(apart)]
-    return found
-
-
 def error_of(
     mesh: IndexMesh, colours: Float64Array, shown: Sequence[tuple[LineSide, LineHits]], grid: Grid
 ) -> SurfaceError:
@@ -190,7 +183,7 @@ def error_of(
         hits = hits_of_mesh(mesh.positions_zyx, mesh.triangles, colours, side)
         both = np.isfinite(hits.depth) & np.isfinite(seen.depth)
         either = np.isfinite(hits.depth) | np.isfinite(seen.depth)
-        apart.append(_apart(hits, seen, side, grid))
+        apart.append(np.abs(hits.depth - seen.depth)[both] * grid.spacing_mm_zyx[side.axis])
         rays, missed = rays + int(either.sum()), missed + int((either & ~both).sum())
         encoded = [srgb_of_linear(np.clip(side.colour[both], 0.0, 1.0)) for side in (hits, seen)]
         differences.append((encoded[0] - encoded[1]).reshape(-1))

@@ -216,8 +216,7 @@ def _of_segments(
             for spans in zip(*(boxes[value] for value in values), strict=True)
         )
         part = np.isin(labels[box], values).astype(np.float32)
-        start = [span.start for span in box]
-        inside = _part_of(grid, start, part.shape)
+        inside = _part_of(grid, [span.start for span in box], part.shape)
         # A segment of few voxels may vanish in the filter.
         smooth = gaussian_filter(part, _SMOOTH)
         field = smooth if smooth.max() > _BORDER else part
@@ -227,8 +226,7 @@ def _of_segments(
         mesh, moved = decimated(found, field, _BORDER, inside, within_mm)
         colour = _linear(segment)
         hits = [(side, hits_by_threshold(part, side, _BORDER, colour)) for side in sides(inside.shape_zyx)]
-        colours = np.broadcast_to(colour, (len(mesh.positions_zyx), 3))
-        yield (*_made(segment.name, mesh, colours, hits, inside), moved)
+        yield (*_made(segment.name, mesh, np.broadcast_to(colour, (len(mesh.positions_zyx), 3)), hits, inside), moved)
 
 
 def _part_of(grid: Grid, start_zyx: list[int], shape_zyx: tuple[int, ...]) -> Grid:
