@@ -20,6 +20,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,6 +141,7 @@ class LitLevels:
         """
         self._scan = scan
         self._efforts: dict[Factors, _Effort] = {}
+        self._rays_wanted = Lock()
         self._seen: dict[Factors, int] = {}
         """Voxels of each level that are seen."""
         if math.prod(scan.grid.shape_zyx) * scan.volume.dtype.itemsize > _MOST_BYTES:
@@ -230,7 +232,10 @@ class LitLevels:
         tables = {**scan.tables, **{table.transfer: np.array(table.entries) for table in own}}
         effort = self._efforts[factors]
         counts = self._counts(factors, effort)
-        aimed, at_faces = (known.first(count) for known, count in zip(self._rays, counts, strict=True))
+        # Levels are refined in threads; one of them finds the rays of all.
+        with self._rays_wanted:
+            rays = self._rays
+        aimed, at_faces = (known.first(count) for known, count in zip(rays, counts, strict=True))
         before = volume.read_slab(0, volume.shape_zyx[0])
         whole = np.float32(largest_code(volume.dtype))
         start, spacing_mm_zyx = before.astype(np.float32) / whole, scan.spacing_mm_zyx(factors)

@@ -120,8 +120,8 @@ def _run(draft: Draft, plan: ChannelPlan, progress: Progress) -> Contribution:
     steps = _steps(scan, plan) if coarser else None
     is_edited = plan.part(EditingPlan) is not None
     waiting: list[tuple[LevelPlan, Future[LevelChoice], RawVolume]] = []
-    # A level is measured while the next one is made: both use few threads.
-    with ThreadPoolExecutor(1) as beside:
+    # Two levels are measured while the next one is made: all three use few threads.
+    with ThreadPoolExecutor(2) as beside:
         for level in coarser:
             names = candidates[level.index]
             if chooser is None:

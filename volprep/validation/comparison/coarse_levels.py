@@ -96,8 +96,8 @@ def _coarse_levels(
     levels = [level for level in subject.package.manifest.levels if level.index in wanted]
     bench.progress.start(f"coarse levels of {program.transfer}", len(levels))
     found: list[Future[tuple[OtherDrawing, KeptLight | None]]] = []
-    # Comparing runs in one thread and leaves other processors idle: the next level is drawn at the same time.
-    with ThreadPoolExecutor(1) as beside:
+    # Comparing leaves other processors idle: two comparisons run while the next level is drawn.
+    with ThreadPoolExecutor(2) as beside:
         for level in levels:
             reference = references.get((program.transfer, level.index))
             boxes = beside.submit(_boxes, bench, viewed, level, reference or {})

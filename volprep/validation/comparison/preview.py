@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO
 from numpy.typing import NDArray
 
 from volprep.pipeline.preview import preview_png
@@ -57,6 +56,8 @@ def _largest_block(difference: NDArray[np.float64]) -> float:
 
 def _pixels(data: bytes) -> NDArray[np.float64]:
     """Return the pixels of a PNG file that has been checked, [row, column, channel]."""
+    import OpenImageIO  # noqa: PLC0415 - heavy, and a preview is mostly the same to the byte
+
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "preview.png"
         path.write_bytes(data)
