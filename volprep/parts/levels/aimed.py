@@ -23,6 +23,8 @@ _TRIED = 3
 _KEPT_BELOW = 30.0
 """Percentile of the rays by how often they are found, up to which all are kept."""
 _MOST_ROUNDS = 20
+_IN_CACHE = 500_000
+"""Samples at a time: their sums take a tenth of the time that those of 8 million do."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def _often(lines: RaySegments, grid: Grid, edge: int, nearby: InMemory) -> Float
     z, y, x = (edge * h for h in grid.spacing_mm_zyx)
     means: list[Float64Array] = []
     # Shares change little from block to block: one sample for each is enough.
-    for part in in_memory_parts(lines, (z, y, x), per_voxel=1):
+    for part in in_memory_parts(lines, (z, y, x), per_voxel=1, most=_IN_CACHE):
         samples = sample_level(nearby, (z, y, x), part, per_voxel=1)
         sums = np.add.reduceat(samples.values, samples.offsets[:-1], dtype=np.float64)
         means.append(sums / np.diff(samples.offsets))

@@ -134,11 +134,11 @@ def ray_counts(
 
 
 def in_memory_parts(
-    lines: RaySegments, spacing_mm_zyx: tuple[float, float, float], per_voxel: int = 2
+    lines: RaySegments, spacing_mm_zyx: tuple[float, float, float], per_voxel: int = 2, most: int | None = None
 ) -> Iterator[RaySegments]:
-    """Yield the rays in parts whose samples fit in memory: about `MOST_SAMPLES` each."""
+    """Yield the rays in parts that have about `most` samples each, or else so many as fit in memory."""
     samples = np.cumsum(ray_counts(lines.lengths_mm, spacing_mm_zyx, per_voxel=per_voxel))
-    pieces = int(samples[-1]) // MOST_SAMPLES + 1
+    pieces = int(samples[-1]) // (most or MOST_SAMPLES) + 1
     ends = np.searchsorted(samples, samples[-1] * np.arange(1, pieces) / pieces).tolist()
     for begin, end in pairwise([0, *ends, len(samples)]):
         if end > begin:

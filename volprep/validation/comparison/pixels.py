@@ -66,7 +66,7 @@ def judged_level(  # noqa: PLR0917 - a view, and how it is looked at
     one, other = averaged(drawn, pixels), averaged(truth, pixels)
     places = [other] if boxes is None else [other, averaged(boxes[view], pixels)] if view in boxes else []
     shifts = [shift_voxels(one, place, len(truth), width / 2) for place in places]
-    seen = _seen_at(drawn, truth, pixels, subject, level)
+    seen = seen_numbers(one, other, _things(one, other, subject, level))
     return OtherView(
         view=view,
         passed=passes(seen, tolerance.model_copy(update={"maximum": 1.0})),
