@@ -1,7 +1,7 @@
 //: Normals from the volume itself. Sections: central; central_of_levels, with FINEST_VOXEL_MM, the size of a voxel of
 //: level 0; forward. The sampling gives stored_value, the size of a voxel in positions, the end of the last voxel, the
-//: number of positions per millimetre, and NEAR, which reads the volume beside `centre`; AROUND is its first argument. $OF
-//: tells media apart in a picture of several.
+//: number of positions per millimetre, and NEAR, which reads the volume beside `centre`; AROUND is its first argument.
+//: $OF tells media apart in a picture of several.
 //#section central
 // The gradient of the normalised stored values, per millimetre, from samples one voxel before and behind.
 vec3 normal_at$OF(vec3 at) {
