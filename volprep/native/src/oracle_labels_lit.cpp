@@ -31,7 +31,10 @@ using oracle::Sample;
 
 // Looks of the 4×4×4 voxels around a cell, edges repeated, x fastest.
 struct Surroundings {
-    int32_t looks[64];
+    int32_t looks[64];  // each once
+    int count = 0;
+    uint8_t number[64];   // of a voxel's look among them
+    bool is_even = true;  // one look in the cell itself
 
     template <typename Voxel>
     Surroundings(const LabelledScene<Voxel>& scene, const oracle::AxisWalk axes[3]) noexcept {
@@ -44,9 +47,15 @@ struct Surroundings {
         }
         for (int i = 0; i < 64; ++i) {
             const int64_t index = places[0][i & 3] + places[1][i >> 2 & 3] + places[2][i >> 4];
-            looks[i] = scene.labels.looks[scene.labels.labels[index]];
+            const int32_t look = scene.labels.looks[scene.labels.labels[index]];
+            const auto place = std::find(looks, looks + count, look) - looks;
+            if (place == count) looks[count++] = look;
+            number[i] = static_cast<uint8_t>(place);
         }
+        for (int i = 1; i < 8; ++i) is_even &= number[corner(i)] == number[corner(0)];
     }
+    // Place of a corner of the cell among the 64.
+    static int corner(int i) noexcept { return 21 + (i & 1) + 4 * (i >> 1 & 1) + 16 * (i >> 2); }
 };
 
 // Quadratic B-splines of the three nearest of four voxels in a row, where 1 + `share` is the place among the four.
@@ -93,23 +102,13 @@ struct LitCell : MediumCell<Voxel> {
     // Slope of the logarithm of the visible extinction per voxel, with the value held; 0 where the cell has one.
     void border_slope(double y, double out[3]) const noexcept {
         std::fill_n(out, 3, 0.0);
-        double known[8];
-        int32_t looks[8];
-        int count = 0;
-        double seen[64];
-        for (int i = 0; i < 64; ++i) {
-            int place = 0;
-            while (place < count && looks[place] != around.looks[i]) ++place;
-            if (place == count && count < 8) {
-                looks[count] = around.looks[i];
-                known[count++] = extinction_of(around.looks[i], value(y));
-            }
-            seen[i] = place < 8 ? known[place] : extinction_of(around.looks[i], value(y));
-        }
-        double least = seen[21];
+        if (around.is_even) return;
+        double known[64];
+        for (int i = 0; i < around.count; ++i) known[i] = extinction_of(around.looks[i], value(y));
+        double least = known[around.number[Surroundings::corner(0)]];
         double most = least;
-        for (int i = 0; i < 8; ++i) {
-            const double corner = seen[21 + (i & 1) + 4 * (i >> 1 & 1) + 16 * (i >> 2)];
+        for (int i = 1; i < 8; ++i) {
+            const double corner = known[around.number[Surroundings::corner(i)]];
             least = std::min(least, corner);
             most = std::max(most, corner);
         }
@@ -120,7 +119,8 @@ struct LitCell : MediumCell<Voxel> {
         double sum = 0.0;
         for (int k = 0; k < 3; ++k) {
             for (int j = 0; j < 3; ++j) {
-                const double* row = seen + 16 * (z.first + k) + 4 * (along_y.first + j) + x.first;
+                const uint8_t* numbers = around.number + 16 * (z.first + k) + 4 * (along_y.first + j) + x.first;
+                const double row[3] = {known[numbers[0]], known[numbers[1]], known[numbers[2]]};
                 const double across = x.weight[0] * row[0] + x.weight[1] * row[1] + x.weight[2] * row[2];
                 const double rise = x.slope[0] * row[0] + x.slope[1] * row[1] + x.slope[2] * row[2];
                 out[0] += rise * along_y.weight[j] * z.weight[k];
@@ -192,13 +192,10 @@ void list_kinks(Work& work, const LitCell<Voxel>& lit) {
     lit.list_ends(work.medium);
     std::vector<double>& ends = work.medium.ends;
     // Looks around the cell count in the slope of its border, although they show nothing in it.
-    int32_t looks[64];
-    std::copy_n(lit.around.looks, 64, looks);
-    std::sort(looks, looks + 64);
-    const int32_t* const end = std::unique(looks, looks + 64);
-    for (const int32_t* look = looks; look != end; ++look) {
-        if (*look == kHidden) continue;
-        list_parts(work.medium.parts, lit.path, lit.scene.transfers[static_cast<std::size_t>(*look)],
+    for (int i = 0; i < lit.around.count; ++i) {
+        const int32_t look = lit.around.looks[i];
+        if (look == kHidden) continue;
+        list_parts(work.medium.parts, lit.path, lit.scene.transfers[static_cast<std::size_t>(look)],
                    work.medium.cuts.cuts);
         for (const oracle::Part& part : work.medium.parts) ends.push_back(part.end);
     }
