@@ -268,3 +268,8 @@ def test_plots_take_their_colours_from_the_page(html: str) -> None:
 def test_kept_light_is_a_range_where_it_is_uncertain() -> None:
     assert kept_light(seen(0.01, kept=0.91)) == "0.91"
     assert kept_light(seen(0.01, kept=0.685, within=0.296)) == "0.69 to 0.98"
+
+
+def test_no_kept_light_is_told_where_nothing_was_measured() -> None:
+    nothing = {"kept_light": None, "kept_light_at_most": None, "things": 0}
+    assert kept_light(seen(0.01, kept=1.0).model_copy(update=nothing)) == "–"
