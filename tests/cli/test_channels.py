@@ -68,6 +68,11 @@ def test_a_channel_is_exported(package, tmp_path) -> None:
     assert abs(found.max() - channels()["bone"].max()) < 4
 
 
+def test_a_picture_of_slices_says_which_channel_it_shows(package, tmp_path) -> None:
+    run = volprep("inspect", package, "--picture", tmp_path / "slices.png")
+    assert (run.returncode, ", level 0, channel skin of 2, " in run.stdout) == (0, True)
+
+
 def test_a_package_is_a_source_of_one_of_its_channels(package, tmp_path) -> None:
     run = volprep("import", package, "--channel", "skin", "-o", tmp_path / "a.volpkg")
     assert run.returncode == 0, run.stderr
