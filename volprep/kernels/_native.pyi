@@ -1027,7 +1027,7 @@ def render_oracle_sum(
     tolerance: float,
     rgba: NDArray[float64],
     bound: NDArray[float64],
-    normals: Sequence[tuple[str, NDArray[float32] | None, float, tuple[bool, bool, bool]]] = (),
+    normals: Sequence[tuple[str, NDArray[float32] | None, float, Sequence[bool]]] = [],
     threads: int = 0,
 ) -> None:
     """Write the picture of several volumes, each on a grid of its own, and a bound on the error of each pixel.
