@@ -84,6 +84,33 @@ def test_vtk_agrees_with_the_oracle_within_its_own_error(blend, projection) -> N
     assert max(view.bound for view in found) < 0.02
 
 
+@pytest.mark.long
+def test_vtk_draws_micrometres_as_it_draws_millimetres(tmp_path) -> None:
+    own, small = scan(), 1e-4
+    grid = own.grid.model_copy(
+        update={
+            name: tuple(small * length for length in getattr(own.grid, name))
+            for name in ("spacing_mm_zyx", "origin_mm_xyz", "extent_mm_zyx")
+        }
+    )
+    points = tuple(
+        point.model_copy(update={"extinction_per_mm": point.extinction_per_mm / small}) for point in FUNCTION.points
+    )
+    scaled = replace(own, grid=grid), FUNCTION.model_copy(update={"points": points})
+    fine = [
+        draw_views(
+            volume,
+            function,
+            "composite",
+            list(standard_views(volume.grid, "orthographic").values()),
+            pixels=SIZE,
+            scratch=tmp_path,
+        ).fine
+        for volume, function in ((own, FUNCTION), scaled)
+    ]
+    np.testing.assert_allclose(fine[1], fine[0], atol=2 / 255)
+
+
 WRONG = {
     "half a voxel": (scan(0.375), FUNCTION),
     "twice the extinction": (

@@ -69,10 +69,12 @@ def new_volume(task: Task, image: pyvista.ImageData, step_mm: float, entries: in
     else:
         mapper.SetBlendModeToComposite()
     low, high = image.get_data_range("value")
-    colour, opacity = new_functions(task, np.linspace(low, max(high, np.nextafter(low, np.inf)), entries), maximum)
+    # Of a micrometre of a dense medium float32 tells the opacity, of a millimetre it rounds it to 1.
+    path_mm = float(task["reference_mm"]) if maximum else step_mm
+    colour, opacity = new_functions(task, np.linspace(low, max(high, np.nextafter(low, np.inf)), entries), path_mm)
     properties = vtk.vtkVolumeProperty()
     properties.SetInterpolationTypeToLinear()
-    properties.SetScalarOpacityUnitDistance(1.0)
+    properties.SetScalarOpacityUnitDistance(step_mm)
     properties.SetScalarOpacity(opacity)
     properties.SetColor(colour)
     properties.ShadeOff()
@@ -87,13 +89,12 @@ def new_volume(task: Task, image: pyvista.ImageData, step_mm: float, entries: in
 
 
 def new_functions(
-    task: Task, values: NDArray[np.float64], maximum: bool
+    task: Task, values: NDArray[np.float64], path_mm: float
 ) -> tuple[vtk.vtkColorTransferFunction, vtk.vtkPiecewiseFunction]:
-    """Sample colours and opacities of a millimetre, or of the path of a maximum.
+    """Sample colours, and opacities of a path.
 
     Extinction is linear between control points, opacity is not: so many samples, not the control points alone.
     """
-    path_mm = float(task["reference_mm"]) if maximum else 1.0
     opacities = -np.expm1(-np.interp(values, task["values"], task["extinctions_per_mm"]) * path_mm)
     colours = [np.interp(values, task["values"], channel) for channel in task["colours"].T]
     colour, opacity = vtk.vtkColorTransferFunction(), vtk.vtkPiecewiseFunction()
