@@ -7,6 +7,7 @@ its axes x, y and z are taken as left, back and up. Titles and extended headers 
 
 from math import prod
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def open_volume(_spec: SourceSpec, path: Path, progress: Progress) -> VoxelSourc
     if not is_mrc(head):
         raise VolprepError("VP1301", path=path, problem=SafeText("its header has no MAP at byte 208"))
     # The stamp of big-endian machines is 0x11 0x11; a mode that only one byte order gives settles files without one.
-    order = ">" if head[212] == 0x11 or int.from_bytes(head[12:16], "little") > 255 else "<"
+    order: Literal[">", "<"] = ">" if head[212] == 0x11 or int.from_bytes(head[12:16], "little") > 255 else "<"
     fields = np.frombuffer(head, _FIELDS.newbyteorder(order), 1)[0]
     nx, ny, nz = (int(size) for size in fields["size_xyz"])
     mode, symmetry = int(fields["mode"]), int(fields["symmetry"])

@@ -24,7 +24,7 @@ _KEPT_BELOW = 30.0
 """Percentile of the rays by how often they are found, up to which all are kept."""
 _MOST_ROUNDS = 20
 _IN_CACHE = 500_000
-"""Samples at a time: their sums take a tenth of the time that those of 8 million do."""
+"""Samples at a time: their sums take a tenth of the time of 8 million at once."""
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,7 @@ def _decided(draft: Draft, plan: ChannelPlan) -> Iterator[PlanItem]:
 
 
 def _worse_than_means(choice: LevelChoice, plan: ChannelPlan) -> Iterator[PlanItem]:
-    """Yield a warning for each transfer function with which the scene's filter is worse than box means."""
+    """Yield a warning for each transfer function that box means draw better than the scene's filter."""
     means = {trial.transfer: trial.error for trial in choice.trials if (trial.filter, trial.table) == ("box", "common")}
     for trial in choice.chosen:
         of_means = means.get(trial.transfer, math.inf)

@@ -343,7 +343,7 @@ class Subject:
         drawn = [
             replace(
                 medium,
-                volume=replace(medium.volume, normals=self._light(medium.volume.normals, name)),
+                volume=replace(medium.volume, normals=self._normals_lit(medium.volume.normals, name)),
                 placed=self._placed.get(name),
             )
             for medium, name in zip(media, self._channels or ("",), strict=True)
@@ -352,7 +352,7 @@ class Subject:
             media_of_colour(drawn) if self._is_colour else drawn, box_from_clip, shape_hw, tolerance=self._tolerance
         )
 
-    def _light(self, normals: Normals, name: str) -> Normals:
+    def _normals_lit(self, normals: Normals, name: str) -> Normals:
         """Return the light on the medium of a transfer function."""
         return None if name in self._unlit else with_baked(normals, self._baked)
 
