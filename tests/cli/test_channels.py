@@ -36,7 +36,7 @@ def test_the_channels_of_a_file_are_listed(cells) -> None:
 
 
 def test_several_channels_without_a_choice_end_with_their_names(cells, tmp_path) -> None:
-    run = volprep("import", cells[0], "-o", tmp_path / "a.volpkg")
+    run = volprep("build", cells[0], "--profile", "gles1", "-o", tmp_path / "a.volpkg")
     assert (run.returncode, "VP1221" in run.stderr, "'GFP'" in run.stderr) == (3, True, True)
 
 

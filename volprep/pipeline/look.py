@@ -77,7 +77,7 @@ def look_at(request: Request) -> ScanPreview:
     ends = planes.ends
     counts, _ = np.histogram(sample, BINS, ends if ends[0] < ends[1] else (ends[0], ends[0] + 1.0))
     recognised = prepared.scene.recognised
-    if prepared.first_look and sample.size:
+    if prepared.first_look and len(prepared.channels) == 1 and sample.size:
         statistics = Statistics(minimum=ends[0], maximum=ends[1], non_finite=0)
         looked = with_first_look(prepared.scene, prepared.profile, info, statistics, sample, faces=planes.faces)
         recognised = looked.recognised

@@ -16,8 +16,9 @@ from volprep.scan.repair import open_scan
 from volprep.scan.segments.record import FoundSegments, holding_segments
 from volprep.scan.statistics import Measured
 from volprep.scene.channels import SceneChannel, drawn_channels, files_of, with_listed_channels
+from volprep.scene.channels_look import with_all_channels, with_channel_looks
 from volprep.scene.first_look import with_first_look, with_segment_styles
-from volprep.scene.fused_look import MeasuredScan, with_fused_look
+from volprep.scene.fused_look import BODY, VEIL, MeasuredScan, with_fused_look
 from volprep.scene.request import Request
 from volprep.scene.scene import Scene
 from volprep_formats.diagnostics import VolprepError
@@ -75,8 +76,10 @@ class Prepared:
         if not self.first_look:
             return self.scene
         if len(found) > 1:
-            body, veil = (MeasuredScan(info, measured.statistics, measured.rays_zyx[0]) for info, measured in found)
-            return with_fused_look(self.scene, self.profile, body, veil)
+            scans = [MeasuredScan(info, measured.statistics, measured.rays_zyx[0]) for info, measured in found]
+            if [channel.name for channel in self.channels] == [BODY, VEIL]:
+                return with_fused_look(self.scene, self.profile, *scans)
+            return with_channel_looks(self.scene, scans)
         info, measured = found[0]
         statistics, faces = measured.statistics, measured.faces
         scene = with_first_look(self.scene, self.profile, info, statistics, measured.rays_zyx[0], faces=faces)
@@ -150,8 +153,16 @@ def prepare(request: Request) -> Prepared:
         except VolprepError as error:
             if not first_look:
                 raise
-            scene, first_look = in_colour(scene, error), False
+            scene, first_look = _of_parts(scene, request.profile, error)
     return Prepared(scene, request.profile, drawn_channels(scene), request.scene_path, first_look)
+
+
+def _of_parts(scene: Scene, profile: DeviceProfile, error: VolprepError) -> tuple[Scene, bool]:
+    """Return the scene of a scan in colour or of several channels, and whether its look depends on measurements."""
+    try:
+        return in_colour(scene, error), False
+    except VolprepError as again:
+        return with_all_channels(scene, profile, again), True
 
 
 def _with_recognised_labels(scene: Scene) -> Scene:

@@ -9,7 +9,6 @@ from gzip import GzipFile
 from io import BufferedReader
 from pathlib import Path
 
-from volprep_formats.nifti_header import is_nifti, parsed
 from volprep_formats.regular_files import open_unpacked
 
 _MOST_BYTES = 2**22
@@ -33,6 +32,8 @@ def _extensions(file: GzipFile | BufferedReader) -> list[bytes]:
 
     Raises ValueError or struct.error where the file ends too early.
     """
+    from volprep_formats.nifti_header import is_nifti, parsed  # noqa: PLC0415 - it loads NumPy, presets do not need it
+
     head = file.read(_HEAD_BYTES)
     header = parsed(head)
     size = header.dtype.itemsize
