@@ -6,8 +6,7 @@ Each channel is a veil whose opacity rises from its background on.
 from collections.abc import Sequence
 
 from volprep.scene.channels import with_listed_channels
-from volprep.scene.fused_look import MeasuredScan
-from volprep.scene.points import ScenePoint
+from volprep.scene.fused_look import MeasuredScan, transfer_of, undecided
 from volprep.scene.scene import Scene, TogetherSettings
 from volprep.scene.transfer import SceneTransfer
 from volprep.scene.values import values_of
@@ -18,10 +17,8 @@ from volprep_formats.source import ChannelSpec
 _PICTURE = "all-channels"
 _TWO = {"magenta": "#ff00ff", "green": "#00ff00"}
 _MORE = {"cyan": "#00d0ff", "yellow": "#ffd000", "magenta": "#ff20c0", "blue": "#6080ff"}
-_SHARE = 0.01
-"""Part of the diagonal that opacities are for."""
-_OPACITIES = (0.01, 0.08)
-"""At the median of what is brighter than the background, and at the brightest voxels."""
+_OPACITIES = (0.0, 0.01, 0.08)
+"""At the background, at the median of what is brighter, and at the brightest voxels."""
 
 
 def with_all_channels(scene: Scene, profile: DeviceProfile, error: VolprepError) -> Scene:
@@ -36,19 +33,16 @@ def with_all_channels(scene: Scene, profile: DeviceProfile, error: VolprepError)
     names = [channel.name for channel in listed.source.channels or () if isinstance(channel, ChannelSpec)]
     if len(names) > len(_MORE):
         raise error
-    undecided = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
-    looks = tuple(SceneTransfer(name=name, channel=name, points=undecided) for name in names)
     colours = ", ".join(f"{name} in {colour}" for name, colour in zip(names, _colours(len(names)), strict=False))
     said = f"recognised as channels, {colours}; --channel NAME draws one, and a scene draws them in another way"
     together = TogetherSettings(name=_PICTURE)
-    return listed.with_transfer(looks).model_copy(update={"together": together, "recognised": said})
+    return listed.with_transfer(undecided(names)).model_copy(update={"together": together, "recognised": said})
 
 
 def with_channel_looks(scene: Scene, scans: Sequence[MeasuredScan]) -> Scene:
     """Return the scene of several channels with the transfer functions that suit them."""
-    colours = _colours(len(scans)).values()
-    looks = zip(scene.transfer, scans, colours, strict=False)
-    return scene.with_transfer(tuple(_veil(undecided.name, scan, colour) for undecided, scan, colour in looks))
+    looks = zip(scene.transfer, scans, _colours(len(scans)).values(), strict=False)
+    return scene.with_transfer(tuple(_veil(transfer.name, scan, colour) for transfer, scan, colour in looks))
 
 
 def _colours(count: int) -> dict[str, str]:
@@ -57,8 +51,5 @@ def _colours(count: int) -> dict[str, str]:
 
 def _veil(name: str, scan: MeasuredScan, colour: str) -> SceneTransfer:
     values = values_of(scan.values)
-    points = [ScenePoint(value=values.background, colour=colour, opacity=0.0)]
-    for value, opacity in zip((values.median, max(values.high, scan.statistics.maximum)), _OPACITIES, strict=True):
-        if value > points[-1].value:
-            points.append(ScenePoint(value=value, colour=colour, opacity=opacity))
-    return SceneTransfer(name=name, channel=name, points=tuple(points), reference_share=_SHARE)
+    at = values.background, values.median, max(values.high, scan.statistics.maximum)
+    return transfer_of(name, [(value, colour, opacity) for value, opacity in zip(at, _OPACITIES, strict=True)])

@@ -64,9 +64,8 @@ def with_veil(scene: Scene, source: SourceSpec, registration: Affine | None = No
     """
     body = ChannelSpec.model_validate({**scene.source.model_dump(exclude={"channels"}), "name": BODY})
     veil = ChannelSpec.model_validate({**source.model_dump(exclude={"channels"}), "name": VEIL, "suv": True})
-    undecided = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
-    looks = tuple(SceneTransfer(name=name, channel=name, points=undecided) for name in (BODY, VEIL))
-    both = scene.with_source(SourceSpec(channels=(body, veil.placed(registration)))).with_transfer(looks)
+    channels = scene.with_source(SourceSpec(channels=(body, veil.placed(registration))))
+    both = channels.with_transfer(undecided((BODY, VEIL)))
     return both.model_copy(update={"together": TogetherSettings(name=_PICTURE, unlit=(VEIL,))})
 
 
@@ -79,17 +78,23 @@ def with_fused_look(scene: Scene, profile: DeviceProfile, body: MeasuredScan, ve
     return scene.model_copy(update={"recognised": said})
 
 
+def undecided(names: Sequence[str]) -> tuple[SceneTransfer, ...]:
+    """Return a transfer function for each channel, until its values have been measured."""
+    points = (ScenePoint(value=0.0, colour="#ffffff", extinction_per_mm=0.0),)
+    return tuple(SceneTransfer(name=name, channel=name, points=points) for name in names)
+
+
 def _of_body(scan: MeasuredScan) -> tuple[str, SceneTransfer]:
     offset = 0.0 if scan.info.unit == "HU" else hounsfield_offset(scan.values)
     if offset is not None:
-        return "a CT", _transfer(BODY, [(value - offset, colour, opacity) for value, colour, opacity in _BODY_HU])
+        return "a CT", transfer_of(BODY, [(value - offset, colour, opacity) for value, colour, opacity in _BODY_HU])
     values = values_of(scan.values)
     steps = (
         (values.background, "#6b5a50", 0.0),
         (values.median, "#b09a88", 0.012),
         (max(values.high, scan.statistics.maximum), "#fff3e4", 0.08),
     )
-    return "an object in a dark field", _transfer(BODY, steps)
+    return "an object in a dark field", transfer_of(BODY, steps)
 
 
 def _of_veil(scan: MeasuredScan) -> tuple[str, SceneTransfer]:
@@ -97,17 +102,18 @@ def _of_veil(scan: MeasuredScan) -> tuple[str, SceneTransfer]:
     if scan.info.modality == "RTDOSE" or scan.info.unit == "Gy":
         return "a dose, coloured from a tenth of its largest value on", _over(_DOSE, 0.0, high)
     if scan.info.unit == SUV_UNIT:
-        return "uptake, coloured from an SUV of 1.5 on", _transfer(VEIL, _SUV)
+        return "uptake, coloured from an SUV of 1.5 on", transfer_of(VEIL, _SUV)
     if scan.info.modality in {"PT", "NM"}:
         return "uptake, coloured from a fifth of its largest value on", _over(_UPTAKE, 0.0, high)
     return "a map, coloured from a fifth of its range on", _over(_UPTAKE, low, high)
 
 
 def _over(steps: _Steps, low: float, high: float) -> SceneTransfer:
-    return _transfer(VEIL, [(low + share * (high - low), colour, opacity) for share, colour, opacity in steps])
+    return transfer_of(VEIL, [(low + share * (high - low), colour, opacity) for share, colour, opacity in steps])
 
 
-def _transfer(name: str, steps: _Steps) -> SceneTransfer:
+def transfer_of(name: str, steps: _Steps) -> SceneTransfer:
+    """Return the transfer function of a channel from values, colours and opacities; a value that falls is left out."""
     points = [ScenePoint(value=steps[0][0], colour=steps[0][1], opacity=steps[0][2])]
     for value, colour, opacity in steps[1:]:
         if value > points[-1].value:
